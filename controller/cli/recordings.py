@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +17,7 @@ from controller.recordings.quality.check import (
     duplicated,
     examine,
 )
+from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording, RecordingError
 from controller.shared.arguments import Parser
 from controller.shared.errors import TROUBLE, complain, count, output_folder, printable, reason
@@ -58,7 +59,7 @@ def _check(argv: Sequence[str]) -> int:
         if options.json:
             print(json.dumps(one.facts | one.report.plain()))
             continue
-        for line in summary.lines(one.report, one.recording):
+        for line in summary.lines(one.report, one.recording, one.pictures):
             print(printable(line))
     if not options.json and len(found) > 1:
         levels = [one.report.level for one in found]
@@ -74,28 +75,36 @@ class _Found:
     report: Report
     recording: Recording | None = None  # where its summary is wanted
     facts: dict[str, Any] = field(default_factory=dict)
+    pictures: Sequence[str] = ()  # of a recording that is given
 
 
 def _examined(paths: Sequence[Path]) -> list["_Found"]:
     """Return the recordings at these places, each once, and judge frames that they share."""
     index, loaded, found = FrameIndex(), list[Path](), list[_Found]()
-    for path in dict.fromkeys(file for place in paths for file in _files(place)):
+    files = dict.fromkeys(file for place in paths for file in _files(place))
+    for path in files:
         try:
-            recording = reader.load(path)
+            recording = reader.load(path, mapped=True)
         except RecordingError as error:
             found.append(_Found(Report(path, (Finding(Level.FAILED, str(error)),))))
             continue
-        index.add(recording)
         loaded.append(path)
-        named = recording if path in paths else None
-        found.append(_Found(examine(path, recording), named, summary.facts(recording)))
+        if len(files) > 1:
+            index.add(recording)
+        try:
+            response = respond(recording)
+        except OSError as error:
+            room = "set TMPDIR to a folder with as much room as it unpacks to"
+            raise RecordingError(f"cannot check {path}: {reason(error)}; {room}") from None
+        report, facts = examine(path, recording, response), summary.facts(recording)
+        if path in paths:
+            images = summary.pictures(recording, report.said, response)
+            found.append(_Found(report, recording, facts, images))
+        else:
+            found.append(_Found(report, facts=facts))
     by_path = {loaded[number]: shared for number, shared in index.shared().items()}
     return [
-        _Found(
-            one.report.also(*duplicated(by_path.get(one.report.path, {}), loaded)),
-            one.recording,
-            one.facts,
-        )
+        replace(one, report=one.report.also(*duplicated(by_path.get(one.report.path, {}), loaded)))
         for one in found
     ]
 

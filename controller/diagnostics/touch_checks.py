@@ -50,7 +50,7 @@ def judge(changes: Array, bad: Mask) -> list[Row]:
     filler = TaxelInterpolator(rows, columns)
     whole = np.array([filler.fill(change, bad) for change in changes]) if bad.any() else changes
     around = np.array([filler.around(change) for change in whole])
-    slope = response_slope(whole, around)
+    slope = response_slope([(whole, around)])
     return _wiring(whole) or [
         _fault("stiff", notice("taxel_at", *place), notice("stiff", 100 * max(0.0, slope[place])))
         for place in map(tuple, np.argwhere((slope < STIFF_SHARE) & ~bad).tolist())

@@ -26,6 +26,7 @@ from controller.recordings.recording import (
     parse_provenance,
 )
 from controller.shared import npz
+from controller.shared.blocks import blocks
 from controller.shared.errors import reason
 from controller.shared.event_metric import Event
 
@@ -44,6 +45,7 @@ COLUMNS: Final[dict[str, type]] = {
     "cue": np.int16,
     "excluded": np.bool_,
 }
+LARGE: Final = ("frames", "touch", "true_touch", "true_contact")  # hundreds of bytes a frame
 TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' columns
 
 
@@ -73,12 +75,15 @@ def survey(path: Path | str) -> Survey:
         return Survey(path, origin, shape[0], float(t[-1] - t[0]))
 
 
-def load(path: Path | str) -> Recording:
-    """Return the recording in a file, with every array checked; RecordingError if it is none."""
+def load(path: Path | str, *, mapped: bool = False) -> Recording:
+    """Return the recording in a file, with every array checked; RecordingError if it is none.
+
+    Its largest arrays may be `mapped`, for passes by `controller.shared.blocks`.
+    """
     path = Path(path)
     with _one_sentence(path):
         _inspect(path)
-        return parse(npz.unpack(path, MAX_BYTES))
+        return parse(npz.unpack(path, MAX_BYTES, mapped=LARGE if mapped else ()))
 
 
 @contextmanager
@@ -113,7 +118,9 @@ def parse(arrays: npz.Arrays) -> Recording:
     count = len(frames)
     if not count:
         raise RecordingError("holds no frames")
-    if not (frames.min() > -LARGEST and frames.max() < LARGEST):  # NaN is refused as well
+    extremes = [(frames[part].min(), frames[part].max()) for part in blocks(frames)]
+    # NaN is refused as well.
+    if not all(least > -LARGEST and most < LARGEST for least, most in extremes):
         raise RecordingError(f"holds frames that are not all numbers below {LARGEST:g}")
     columns = {name: _array(arrays, name, kind, (count,)) for name, kind in COLUMNS.items()}
     for name in ("t", "sequence"):

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, Final
 
@@ -9,8 +10,10 @@ import numpy as np
 
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.taxels import Map, respond
+from controller.recordings.quality.taxels import Map, Response
 from controller.recordings.recording import PICOFARAD, Recording
+from controller.shared.aliases import Frames, Mask
+from controller.shared.blocks import blocks
 from controller.shared.errors import count
 
 _SHADES: Final = " ░▒▓█"  # from nothing to the greatest value
@@ -32,8 +35,13 @@ def facts(recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(report: Report, recording: Recording | None = None) -> list[str]:
-    """Return a verdict as lines for a terminal; with the recording also what is in it."""
+def lines(
+    report: Report, recording: Recording | None = None, images: Sequence[str] = ()
+) -> list[str]:
+    """Return a verdict as lines for a terminal; with the recording also what is in it.
+
+    `images` are the lines of `pictures`.
+    """
     text = [f"{report.level.name.lower():8}  {report.path}"]
     text += [] if recording is None else _provenance(recording)
     if (rhythm := report.cadence) is not None:
@@ -49,7 +57,7 @@ def lines(report: Report, recording: Recording | None = None) -> list[str]:
     for finding in sorted(report.findings, key=lambda each: -each.level):
         word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
         text.append(f"  {word + ':':9} {finding.text}")
-    return text if recording is None else [*text, *_pictures(recording, report.said)]
+    return [*text, *images]
 
 
 def _provenance(recording: Recording) -> list[str]:
@@ -124,9 +132,10 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
 # --- pictures -------------------------------------------------------------------------------------
 
 
-def _pictures(recording: Recording, sources: tuple[SourceLabels, ...]) -> list[str]:
-    """Return the mean image of each class, by the first source that names any."""
-    response = respond(recording)
+def pictures(
+    recording: Recording, sources: tuple[SourceLabels, ...], response: Response
+) -> list[str]:
+    """Return the mean image of each class, by the first source that names any, as lines."""
     shown = response.touched & ~recording.excluded
     source = next((one.labeller for one in sources if any(one.events.values())), "")
     classes = {"touched": shown}
@@ -134,21 +143,27 @@ def _pictures(recording: Recording, sources: tuple[SourceLabels, ...]) -> list[s
         column = getattr(recording, source)
         names = recording.origin.labels[1:]
         classes = {name: shown & (column == index) for index, name in enumerate(names, 1)}
-    blocks = [
-        _block(name, np.abs(response.change[frames].mean(axis=0)), recording.origin.unit)
+    shades = [
+        _block(name, np.abs(_mean(response.change, frames)), recording.origin.unit)
         for name, frames in classes.items()
         if frames.any()
     ]
-    width = max((len(line) for block in blocks for line in block), default=_WIDTH)
+    width = max((len(line) for block in shades for line in block), default=_WIDTH)
     abreast = (_WIDTH - 2 + len(_APART)) // (width + len(_APART))
     if not abreast:  # no image, or too wide
         return []
     by = f" by {source}" if source else ""
     text = ["", f"  mean change of each taxel under touch{by}, and the greatest:"]
-    for first in range(0, len(blocks), abreast):
-        rows = zip(*blocks[first : first + abreast], strict=True)
+    for first in range(0, len(shades), abreast):
+        rows = zip(*shades[first : first + abreast], strict=True)
         text += ["  " + _APART.join(f"{cell:{width}}" for cell in row).rstrip() for row in rows]
     return text
+
+
+def _mean(change: Frames, used: Mask) -> Map:
+    """Return the mean of some changes, (rows, columns); `used` is (n,)."""
+    total = sum(change[part][used[part]].sum(axis=0, dtype=np.float64) for part in blocks(change))
+    return np.asarray(total / used.sum())
 
 
 def _block(name: str, change: Map, unit: str) -> list[str]:

@@ -11,7 +11,7 @@ import re
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Final
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from controller.shared import blocks
 from controller.shared.files import open_regular
 
 MAX_DIRECTORY: Final = 128 << 10  # bytes
@@ -119,8 +120,15 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return buffer.getvalue()
 
 
-def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = None) -> Arrays:
+def unpack(
+    source: Path | bytes,
+    limit_bytes: int,
+    only: Iterable[str] | None = None,
+    mapped: Collection[str] = (),
+) -> Arrays:
     """Return the arrays of an `.npz`, by name, rows first; `only` those named, if they exist.
+
+    Those `mapped` lie in temporary files, for passes by `controller.shared.blocks`.
 
     Raises:
         NpzError: It is damaged, larger than the limit, or holds anything but plain arrays.
@@ -129,7 +137,7 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
     wanted = None if only is None else set(only)
     with _open(source, limit_bytes) as file:
         return {
-            name: _array(name, stream, size, limit_bytes)
+            name: _array(name, stream, size, limit_bytes, mapped=name in mapped)
             for name, stream, size in _members(file, limit_bytes)
             if wanted is None or name in wanted
         }
@@ -218,11 +226,17 @@ def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Shape:
     return shape, dtype
 
 
-def _array(name: str, stream: IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
+def _array(
+    name: str, stream: IO[bytes], size: int, limit_bytes: int, *, mapped: bool = False
+) -> NDArray[Any]:
     """Return one array, rows first; its header and data must have `size` bytes together."""
     shape, dtype = _header(name, stream, limit_bytes)
-    if stream.tell() + math.prod(shape) * dtype.itemsize != size:
+    begin = stream.tell()
+    if begin + math.prod(shape) * dtype.itemsize != size:
         raise NpzError(f"holds {name!r} with data that does not fit its shape")
+    stream.seek(0)
+    if mapped and b"'fortran_order': False" in stream.read(begin) and size > begin:
+        return blocks.mapped(stream, dtype, shape)
     stream.seek(0)
     array = npy.read_array(stream, allow_pickle=False, max_header_size=MAX_HEADER)
     return np.asarray(array, order="C")

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.shared import blocks
 from controller.shared.aliases import Array, Change, Frames, Mask
 from controller.shared.notices import Notice, listed, notice
 
@@ -102,12 +103,14 @@ def faults(frames: Frames, unit: str, still: Mask, change: Frames, idle: Mask) -
         change: Change of each from rest, (n, rows, columns).
         idle: Whether the sensor is known to be untouched, (n,).
     """
-    level, shape = np.median(frames, axis=0).astype(np.float64), frames.shape[1:]
-    often = (frames == frames.max()).mean(axis=0) > CLIPPED_FRAMES_SHARE
+    level, shape = blocks.median(frames).astype(np.float64), frames.shape[1:]
+    top = max(frames[part].max() for part in blocks.blocks(frames))
+    at_top = sum((frames[part] == top).sum(axis=0) for part in blocks.blocks(frames))
+    often = at_top / len(frames) > CLIPPED_FRAMES_SHARE
     clipped = often & (often.sum() >= CLIPPED_TAXELS)
     found = [
         TaxelFault("stuck", still, notice("stuck")),
-        TaxelFault("saturated", clipped & ~still, notice("saturated", frames.max(), unit)),
+        TaxelFault("saturated", clipped & ~still, notice("saturated", top, unit)),
     ]
     if unit == "pF":
         loose = without_lead(level) & ~useless(found, shape)
@@ -117,22 +120,24 @@ def faults(frames: Frames, unit: str, still: Mask, change: Frames, idle: Mask) -
             TaxelFault("short", mask, notice("equal_readings"), useless=False)
             for mask in _shorts(level, useless(found, shape))
         ]
-    own = change - np.median(change, axis=(1, 2), keepdims=True)
-    loud = noisy(noise(own, idle)) & ~useless(found, shape)
+    loud = noisy(noise(change, idle, own=True)) & ~useless(found, shape)
     found.append(TaxelFault("noisy", loud, notice("noisy"), useless=False))
     return [one for one in found if one.mask.any()]
 
 
 def constant(frames: Frames) -> Mask:
     """Return the taxels whose reading never changes, (rows, columns)."""
-    return np.asarray(frames.min(axis=0) == frames.max(axis=0))
+    unlike = [(frames[part] != frames[0]).any(axis=0) for part in blocks.blocks(frames)]
+    return np.asarray(~np.any(unlike, axis=0))
 
 
 def stuck(frames: Frames) -> Mask:
     """Return the taxels that hardly change while the others do, (rows, columns)."""
     if len(frames) < NOISE_PAIRS:
         return constant(frames)
-    same = (frames[1:] == frames[:-1]).mean(axis=0)
+    parts = blocks.blocks(frames, before=1)
+    alike = [(frames[part][1:] == frames[part][:-1]).sum(axis=0) for part in parts]
+    same = np.sum(alike, axis=0) / (len(frames) - 1)
     seldom = (same > STUCK_FRAMES_SHARE) & (np.median(same) < LIVELY_FRAMES_SHARE)
     return np.asarray(constant(frames) | seldom)
 
@@ -154,7 +159,9 @@ def _shorts(level: Array, useless: Mask) -> Iterator[Mask]:
                 yield mask.T if columns else mask
 
 
-def noise(images: NDArray[np.floating], idle: Mask | None = None) -> NDArray[np.floating]:
+def noise(
+    images: NDArray[np.floating], idle: Mask | None = None, *, own: bool = False
+) -> NDArray[np.floating]:
     """Return each taxel's standard deviation about its slow change, (rows, columns).
 
     Half the mean squared difference of successive images, so that a drift counts little; 0 of too
@@ -163,13 +170,21 @@ def noise(images: NDArray[np.floating], idle: Mask | None = None) -> NDArray[np.
     Args:
         images: Successive ones, (n, rows, columns), of any unit.
         idle: Which are of the untouched sensor, (n,); None: all are used, however few.
+        own: Without what all taxels of an image have in common, its median.
     """
-    steps = np.diff(images, axis=0)
-    if idle is not None:
-        steps = steps[idle[1:] & idle[:-1]]
-    if len(steps) < (1 if idle is None else NOISE_PAIRS):
+    total, count = np.zeros(images.shape[1:]), 0
+    for part in blocks.blocks(images, before=1):
+        some = images[part]
+        if own:
+            some = some - np.median(some, axis=(1, 2), keepdims=True)
+        steps = np.diff(some, axis=0)
+        if idle is not None:
+            steps = steps[idle[part][1:] & idle[part][:-1]]
+        total += np.square(steps).sum(axis=0, dtype=np.float64)
+        count += len(steps)
+    if count < (1 if idle is None else NOISE_PAIRS):
         return np.zeros(images.shape[1:], images.dtype)
-    return np.asarray(np.sqrt(np.mean(np.square(steps), axis=0) / 2))
+    return np.asarray(np.sqrt(total / count / 2), dtype=images.dtype)
 
 
 def noisy(level: NDArray[np.floating], ratio: float = NOISE_RATIO, least: float = 0.0) -> Mask:
@@ -184,17 +199,21 @@ def noisy(level: NDArray[np.floating], ratio: float = NOISE_RATIO, least: float 
     return np.asarray((level > ratio * middle) & (middle > 0.0))
 
 
-def response_slope(changes: Array, expected: Array) -> Array:
+def response_slope(touches: Iterable[tuple[Array, Array]]) -> Array:
     """Return the slope of each taxel against its expected changes; below `DEAD_SLOPE` it is dead.
 
     Args:
-        changes: Measured under touch, (n, rows, columns).
-        expected: The same from the taxels around, or from a model of the dome.
+        touches: Changes that were measured under touch, and those expected from the taxels around
+            or from a model of the dome, both (n, rows, columns), block by block.
 
     Returns:
         Slope of the regression through 0, (rows, columns); NaN far from every touch.
     """
-    along, power = (changes * expected).sum(axis=0), np.square(expected).sum(axis=0)
+    sums = [
+        ((change * expected).sum(axis=0), np.square(expected).sum(axis=0))
+        for change, expected in touches
+    ]
+    along, power = np.sum(sums, axis=0)
     near = power > SURROUNDINGS_SHARE * float(np.median(power))
     return np.asarray(np.divide(along, power, out=np.full_like(power, np.nan), where=near))
 

@@ -1,6 +1,6 @@
 """Quality check of a recording: all findings, and a verdict; frames that recordings share."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import IntEnum
@@ -14,7 +14,7 @@ from controller.recordings.quality import labels, taxels
 from controller.recordings.quality.labels import FrameTiming, SourceLabels
 from controller.recordings.quality.taxels import Response, respond
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
-from controller.shared import taxel_measures
+from controller.shared import blocks, taxel_measures
 
 RESTLESS: Final = 0.9  # share of touched frames that indicates a drifted baseline
 REPEATED: Final = 0.01  # share of frames
@@ -22,6 +22,7 @@ UNLABELLED: Final = 0.5  # share of frames
 EXCLUDED: Final = 0.5  # share of frames
 LATE_REST_S: Final = 10.0  # the device needs one second without touch
 RUN: Final = 10  # consecutive frames; equal runs of this length are copies
+_MIX: Final = 0x9E3779B97F4A7C15  # odd: hashes of a run count by their place
 
 
 class Level(IntEnum):
@@ -73,9 +74,9 @@ class Report:
         }
 
 
-def examine(path: Path, recording: Recording) -> Report:
-    """Return the quality of one recording."""
-    response = respond(recording)
+def examine(path: Path, recording: Recording, response: Response | None = None) -> Report:
+    """Return the quality of one recording; its `response` is found anew if it is not given."""
+    response = response or respond(recording)
     cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
@@ -108,25 +109,39 @@ def examine(path: Path, recording: Recording) -> Report:
 class FrameIndex:
     """Index of the runs of frames in a set of recordings."""
 
-    _count: int = 0
-    _first: dict[int, int] = field(default_factory=dict)  # run, the first recording that has it
-    _pairs: Counter[tuple[int, int]] = field(default_factory=Counter)  # runs that two share
+    _runs: list[NDArray[np.uint64]] = field(default_factory=list)  # each once, by recording
 
     def add(self, recording: Recording) -> None:
         """Add the next recording; they are numbered from 0."""
-        hashes = [hash(frame.tobytes()) for frame in recording.frames]
-        runs = (tuple(hashes[i : i + RUN]) for i in range(len(hashes) - RUN + 1))
-        for run in {hash(run) for run in runs if len(set(run)) > 1}:
-            first = self._first.setdefault(run, self._count)
-            if first != self._count:
-                self._pairs[first, self._count] += 1
-        self._count += 1
+        frames, count = recording.frames, max(0, len(recording.frames) - RUN + 1)
+        hashes = np.empty(len(frames), dtype=np.int64)
+        for part in blocks.blocks(frames):
+            hashes[part] = [hash(frame.tobytes()) for frame in frames[part]]
+        runs, moves = np.zeros(count, dtype=np.uint64), np.zeros(count, dtype=np.bool_)
+        for i in range(RUN):
+            own = hashes[i : i + count]
+            moves |= own != hashes[:count]
+            runs *= np.uint64(_MIX)  # modulo 2**64
+            runs += own.view(np.uint64)
+        self._runs.append(np.unique(runs[moves]))
 
     def shared(self) -> dict[int, dict[int, int]]:
-        """Return the approximate numbers of shared frames, by pairs of recordings."""
+        """Return the approximate numbers of shared frames, by pairs of recordings.
+
+        Each run counts for the first recording that has it and each other one.
+        """
         found: dict[int, dict[int, int]] = defaultdict(dict)
-        for (a, b), runs in sorted(self._pairs.items()):
-            found[a][b] = found[b][a] = runs + RUN - 1
+        if len(self._runs) < 2:
+            return {}
+        owners = np.repeat(np.arange(len(self._runs)), [len(runs) for runs in self._runs])
+        runs = np.concatenate(self._runs)
+        order = np.argsort(runs, kind="stable")
+        runs, owners = runs[order], owners[order]
+        begins = np.flatnonzero(np.diff(runs, prepend=~runs[:1]) != 0)
+        first = np.repeat(owners[begins], np.diff(begins, append=len(runs)))
+        pairs = np.stack([first, owners], axis=1)[first != owners]
+        for (a, b), count in zip(*np.unique(pairs, axis=0, return_counts=True), strict=True):
+            found[int(a)][int(b)] = found[int(b)][int(a)] = int(count) + RUN - 1
         return dict(found)
 
 
@@ -156,10 +171,13 @@ def _shares(recording: Recording) -> Iterator[Finding]:
 
 def _copies(recording: Recording, response: Response) -> Iterator[str]:
     """Yield the problem of touched frames equal to the one before; at rest, counts may repeat."""
-    frames: NDArray[np.float32] = recording.frames
-    same = (frames[1:] == frames[:-1]).all(axis=(1, 2)) & response.touched[1:]
-    if same.sum() > REPEATED * len(frames):
-        yield f"{same.sum()} frames repeat the one before them, bit for bit"
+    frames, repeated = recording.frames, 0
+    for part in blocks.blocks(frames, before=1):
+        some = frames[part]
+        same = (some[1:] == some[:-1]).all(axis=(1, 2)) & response.touched[part][1:]
+        repeated += int(same.sum())
+    if repeated > REPEATED * len(frames):
+        yield f"{repeated} frames repeat the one before them, bit for bit"
 
 
 def _rest(recording: Recording, response: Response) -> Iterator[str]:

@@ -61,22 +61,25 @@ class FrameTiming:
 
 def pauses(recording: Recording) -> NDArray[np.bool_]:
     """Return whether each frame follows a pause, (n,): more time than the missing frames take."""
-    steps = np.diff(recording.sequence, prepend=recording.sequence[0])
-    spent_s = np.diff(recording.t, prepend=recording.t[0])
-    return np.asarray((steps > 1) & (spent_s > LATE * steps / recording.origin.rate_hz))
+    after = np.flatnonzero(np.diff(recording.sequence) > 1) + 1  # missing numbers
+    steps = recording.sequence[after] - recording.sequence[after - 1]
+    spent_s = recording.t[after] - recording.t[after - 1]
+    paused = np.zeros(len(recording.t), dtype=np.bool_)
+    paused[after[spent_s > LATE * steps / recording.origin.rate_hz]] = True
+    return paused
 
 
 def measure(recording: Recording) -> FrameTiming:
     """Return the timing of a recording."""
     intended_hz = float(recording.origin.rate_hz)
-    steps, paused = np.diff(recording.sequence), pauses(recording)[1:]
-    spent_s = np.diff(recording.t)[steps == 1]
+    steps, going = np.diff(recording.sequence), ~pauses(recording)[1:]
+    spent_s = np.diff(recording.t)
     return FrameTiming(
         intended_hz,
         recording.rate_hz,
-        1000.0 * float(spent_s.max(initial=0.0)),
-        missing=int((steps - 1)[~paused].sum()),
-        stretches=1 + int(paused.sum()),
+        1000.0 * float(np.max(spent_s, where=steps == 1, initial=0.0)),
+        missing=int(np.sum(steps, where=going)) - int(going.sum()),
+        stretches=1 + int((~going).sum()),
         frames=len(recording.t),
     )
 

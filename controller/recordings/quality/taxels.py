@@ -1,5 +1,6 @@
 """Response of a recording's taxels to touch, and faulty taxels by `shared.taxel_measures`."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,8 +12,8 @@ from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.images.scale import FIRM
 from controller.recordings.recording import PICOFARAD, Recording
-from controller.shared import taxel_measures
-from controller.shared.aliases import Frames, Mask
+from controller.shared import blocks, taxel_measures
+from controller.shared.aliases import Array, Frames, Mask
 from controller.shared.taxel_measures import DEAD_SLOPE, TaxelFault, useless
 
 Map = NDArray[np.float64]  # (rows, columns), one number a taxel
@@ -53,45 +54,59 @@ def respond(recording: Recording) -> Response:
     frames, signal = recording.frames, recording.origin.signal
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
     settings = PreprocessSettings(rate_hz=rate_hz)
-    middle = np.median(frames, axis=0).astype(np.float32)
     if signal.ratio:
+        middle = blocks.median(frames).astype(np.float32)
         rest = middle if recording.rest is None else recording.rest
-        z = frames / np.where(rest > LEAST_PF, rest, np.inf)
-        fixed = np.where(rest > LEAST_PF, z - 1.0, 0.0).astype(np.float32)
         reads = middle > LEAST_PF
-        frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
-        followed = _followed(frames.astype(np.float32), frames[:0], settings)
-        return followed if followed.known.any() else _fixed(fixed)
+
+        def readable(some: Frames) -> Frames:
+            sound = np.where(reads & (some > LEAST_PF), some, np.where(reads, LEAST_PF, 1.0))
+            return sound.astype(np.float32)
+
+        def quotient(some: Frames) -> Frames:
+            z = some / np.where(rest > LEAST_PF, rest, np.inf)
+            return np.where(rest > LEAST_PF, z - 1.0, 0.0).astype(np.float32)
+
+        followed = _followed(frames, frames[:0], settings, readable)
+        return followed if followed.known.any() else _fixed(frames, quotient)
     still = _untouched(recording) if recording.rest is None else recording.rest[None]
-    first = _fixed(frames - np.median(still, axis=0).astype(np.float32))
+    level = np.median(still, axis=0).astype(np.float32)
+    first = _fixed(frames, lambda some: some - level)
     firm = _firm(first.energy)
     if not firm > 0.0:
         return first
     settings = PreprocessSettings("difference", firm / FIRM, rate_hz)
-    lead = np.resize(still, (max(LEAST_FRAMES, round(settings.start_s * rate_hz)), *middle.shape))
+    lead = np.resize(still, (max(LEAST_FRAMES, round(settings.start_s * rate_hz)), *level.shape))
     followed = _followed(frames, lead, settings)
     return followed if followed.known.all() else first
 
 
-def _followed(frames: Frames, lead: Frames, settings: PreprocessSettings) -> Response:
+def _followed(
+    frames: Frames,
+    lead: Frames,
+    settings: PreprocessSettings,
+    readable: Callable[[Frames], Frames] = lambda some: some,
+) -> Response:
     """Return the response by the device's preprocessor, which begins with `lead`."""
     stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # keeps dead taxels visible
     for frame in lead:
         stage.step(frame)
-    steps = [stage.step(frame) for frame in frames]
-    change = np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0)
-    return Response(
-        change * np.float32(settings.scale),
-        np.array([step.deviation for step in steps]) * settings.scale,
-        known=np.array([step.ready for step in steps]),
-        touched=np.array([step.ready and not step.quiet for step in steps]),
-    )
+    change, energy = blocks.like(frames), np.empty(len(frames))
+    known, touched = np.empty((2, len(frames)), dtype=np.bool_)
+    for part in blocks.blocks(frames, change):
+        steps = [stage.step(frame) for frame in readable(frames[part])]
+        images = np.array([step.image for step in steps], dtype=np.float32)
+        change[part] = (images - np.float32(1.0)) * np.float32(settings.scale)
+        energy[part] = [step.deviation * settings.scale for step in steps]
+        known[part] = [step.ready for step in steps]
+        touched[part] = [step.ready and not step.quiet for step in steps]
+    return Response(change, energy, known, touched)
 
 
 def _untouched(recording: Recording) -> Frames:
     """Return frames of the untouched sensor, (m, rows, columns): those with the least signal."""
     length = max(LEAST_FRAMES, round(REST_S * recording.origin.rate_hz))
-    signal = recording.origin.sign * recording.frames.mean(axis=(1, 2), dtype=np.float64)
+    signal = recording.origin.sign * _means(recording.frames)
     total = np.cumsum(np.concatenate([[0.0], signal]))
     first = int((total[length:] - total[:-length]).argmin()) if len(signal) > length else 0
     return recording.frames[first : first + length]
@@ -103,9 +118,12 @@ def _firm(strength: NDArray[np.floating]) -> float:
     return float(np.median(strength[strength >= top / 2.0]))
 
 
-def _fixed(change: NDArray[np.float32]) -> Response:
-    """Return the response to a fixed rest, from the change, (n, rows, columns)."""
-    energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
+def _fixed(frames: Frames, changed: Callable[[Frames], Frames]) -> Response:
+    """Return the response to a fixed rest, from which `changed` returns the change of frames."""
+    change = blocks.like(frames)
+    for part in blocks.blocks(frames, change):
+        change[part] = changed(frames[part])
+    energy = _means(change, np.abs)
     idle, firm = np.quantile(energy, (IDLE_SHARE, FIRM_SHARE))
     return Response(
         change,
@@ -113,6 +131,14 @@ def _fixed(change: NDArray[np.float32]) -> Response:
         known=np.ones(len(change), dtype=np.bool_),
         touched=energy > idle + TOUCHED * (firm - idle),
     )
+
+
+def _means(
+    frames: Frames, of: Callable[[Frames], Frames] = lambda some: some
+) -> NDArray[np.float64]:
+    """Return the mean over the taxels of each frame, (n,)."""
+    means = [of(frames[part]).mean(axis=(1, 2), dtype=np.float64) for part in blocks.blocks(frames)]
+    return np.concatenate(means)
 
 
 def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFault]:
@@ -139,24 +165,37 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFault]:
 
 def unjudged(response: Response) -> str:
     """Return the reason that dead and noisy taxels cannot be detected; "" if they can."""
-    touched = response.known & response.touched
-    if touched.sum() < TOUCHES or not response.idle.any():
+    if (response.known & response.touched).sum() < TOUCHES or not response.idle.any():
         return "it is touched too little to detect dead taxels"
-    size = np.abs(response.change[touched])
-    responding = (size > STRONG * size.max(axis=(1, 2), keepdims=True)).mean(axis=(1, 2))
-    if np.median(responding) < SOFT:
+    responding = []
+    for change in _touches(response):
+        size = np.abs(change)
+        strong = size > STRONG * size.max(axis=(1, 2), keepdims=True)
+        responding.append(strong.mean(axis=(1, 2)))
+    if np.median(np.concatenate(responding)) < SOFT:
         return "few taxels respond to each touch, so dead ones cannot be detected"
     return ""
+
+
+def _touches(response: Response) -> Iterator[Frames]:
+    """Yield the changes of the touched frames, (m, rows, columns), block by block."""
+    touched = response.known & response.touched
+    for part in blocks.blocks(response.change):
+        if touched[part].any():
+            yield response.change[part][touched[part]]
 
 
 def _slope(response: Response, useless: Mask) -> Map:
     """Return the slope of each taxel against its neighbours under touch; NaN if unknown."""
     interpolator = TaxelInterpolator(*useless.shape)
-    touched = response.change[response.known & response.touched].astype(np.float64)
-    changes = np.array([interpolator.fill(change, useless) for change in touched])
-    around = np.array([interpolator.around(change) for change in changes])
-    slope = taxel_measures.response_slope(changes, around)
-    return np.where(useless, np.nan, slope)
+
+    def filled() -> Iterator[tuple[Array, Array]]:
+        for touched in _touches(response):
+            values = touched.astype(np.float64)
+            changes = np.array([interpolator.fill(change, useless) for change in values])
+            yield changes, np.array([interpolator.around(change) for change in changes])
+
+    return np.where(useless, np.nan, taxel_measures.response_slope(filled()))
 
 
 def _surrounded(response: Response) -> Mask:
@@ -164,9 +203,11 @@ def _surrounded(response: Response) -> Mask:
 
     Beyond the rim of a local touch, or of one that is always held in one place, taxels are sound.
     """
-    size = np.abs(response.change[response.known & response.touched])
-    rows, columns = size.shape[1:]
-    peaks = np.bincount(size.reshape(len(size), -1).argmax(axis=1), minlength=rows * columns)
+    rows, columns = response.change.shape[1:]
+    peaks = np.zeros(rows * columns, dtype=np.int64)
+    for change in _touches(response):
+        strongest = np.abs(change).reshape(len(change), -1).argmax(axis=1)
+        peaks += np.bincount(strongest, minlength=rows * columns)
     place = np.pad(peaks.reshape(rows, columns) > 0, 1)
     around = sum(
         place[y : y + rows, x : x + columns].astype(np.int64)

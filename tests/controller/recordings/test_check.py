@@ -1,14 +1,17 @@
 """Is a recording any good? What is broken is named, what is sound is left in peace."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from controller.recordings import reader, writer
 from controller.recordings.quality import check, labels, taxels
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.recording import Recording
+from controller.shared import blocks
 from tests.support.recordings import broken, of, origin, played
 
 
@@ -200,3 +203,36 @@ def test_whatever_a_sensor_reads_it_gets_a_verdict(frames: np.ndarray, unit: str
     rows, columns = frames.shape[1:]
     found = report(of(frames, origin(rows, columns, unit=unit), label=said))
     assert found.level in Level
+
+
+@pytest.mark.parametrize("unit", ["pF", "counts"])
+def test_a_recording_is_judged_alike_in_memory_and_block_by_block(
+    unit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = played().frames.copy()
+    frames[:, 1, 2] = frames[:, 4, 4]  # dead, but not stuck
+    frames[400:600:2] = frames[401:601:2]  # repeated
+    one = replace(played(), frames=frames, origin=replace(played().origin, unit=unit))
+    path = tmp_path / "one.npz"
+    path.write_bytes(writer.pack(one))
+    whole = check.examine(path, one)
+    monkeypatch.setattr(blocks, "BLOCK_BYTES", 100 * 70)  # 70 frames
+    assert check.examine(path, reader.load(path, mapped=True)) == whole
+    assert whole.findings
+
+
+def test_memory_does_not_grow_with_the_frames_of_a_mapped_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noise = np.random.default_rng(4).normal(40.0, 0.05, (8000, 8, 8))
+    touched = (np.arange(8000) // 20 % 3 == 2)[:, None, None]
+    path = tmp_path / "long.npz"
+    path.write_bytes(writer.pack(of(noise - 4.0 * touched)))
+    size = noise.size * np.dtype(np.float32).itemsize
+    monkeypatch.setattr(blocks, "BLOCK_BYTES", size // 50)
+    tracemalloc.start()
+    try:
+        check.examine(path, reader.load(path, mapped=True))
+        assert tracemalloc.get_traced_memory()[1] < size / 2
+    finally:
+        tracemalloc.stop()
