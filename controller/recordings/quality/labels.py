@@ -71,12 +71,12 @@ def pauses(recording: Recording) -> NDArray[np.bool_]:
 
 def measure(recording: Recording) -> FrameTiming:
     """Return the timing of a recording."""
-    intended_hz = float(recording.origin.rate_hz)
+    intended_hz, measured_hz = float(recording.origin.rate_hz), recording.rate_hz
     steps, going = np.diff(recording.sequence), ~pauses(recording)[1:]
     spent_s = np.diff(recording.t)
     return FrameTiming(
         intended_hz,
-        recording.rate_hz,
+        measured_hz,
         1000.0 * float(np.max(spent_s, where=steps == 1, initial=0.0)),
         missing=int(np.sum(steps, where=going)) - int(going.sum()),
         stretches=1 + int((~going).sum()),
