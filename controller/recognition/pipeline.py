@@ -25,11 +25,12 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
-    *("preprocess.answers", "preprocess.answered", "preprocess.local"),
+    *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     "debounce.tapped",
 )
+FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,11 +278,11 @@ class Pipeline:
             ValueError: The state belongs to another bundle or sensor, or is damaged.
         """
         own = self.state()
+        state = {key: array for key, array in state.items() if key not in FORMER}
         state = {**{key: own[key] for key in LATER if key in own}, **state}
         if set(state) != set(own) or any(_unlike(state[key], own[key]) for key in own):
             raise ValueError("the state is of another bundle or sensor")
-        images = [state[f"preprocess.{name}"] for name in ("rest", "recent")]
-        if self._ratio and not all((array > 0.0).all() for array in images):
+        if self._ratio and not (state["preprocess.rest"] > 0.0).all():
             raise ValueError("the state has a rest image that is not above zero")
         if not 0 <= state["debounce.held"][0] < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not have")

@@ -27,7 +27,7 @@ class Prepared:
         image: z = C / C0, (rows, columns).
         ready: The rest image exists; before that the image is a provisional one.
         deviation: Mean of |z - 1| over the taxels.
-        quiet: Nothing touches: the deviation is below the gate, and no place is touched.
+        quiet: Nothing touches, by the noise of the taxels.
         idle: Mean deviation while nothing touches; 0 until it is known.
         lost: Taxels with an open lead, (rows, columns), interpolated in the image; None: none.
         dead: Dead taxels, interpolated in the same way.
@@ -47,7 +47,6 @@ class _Measured(NamedTuple):
 
     values: Reading
     felt: Reading  # z before dead taxels were interpolated
-    gate: float
     strength: float  # of the strongest place
     prepared: Prepared
 
@@ -133,14 +132,16 @@ class Preprocessor:
         """Update baseline and dead taxels by the latest frame."""
         if self._measured is None:
             return
-        (values, felt, gate, strength, prepared), self._measured = self._measured, None
+        (values, felt, strength, prepared), self._measured = self._measured, None
         if self._mend:
             self._responses.learn(felt - 1.0, self._interpolator)
         if prepared.lost is not None:
             values = self._rest.without(prepared.lost, values)
-        self._rest.step(values, prepared.image, prepared.deviation, gate, strength)
-        if self._scale is not None and prepared.deviation >= gate:
-            self._rescale(self._scale.learn(prepared.deviation))
+        deviation, quiet = prepared.deviation, prepared.quiet
+        firm = deviation >= self._rest.noise.gate
+        self._rest.step(values, prepared.image, deviation, strength, quiet=quiet)
+        if self._scale is not None and firm:
+            self._rescale(self._scale.learn(deviation))
 
     def anew(self) -> "Preprocessor":
         """Return the stage before its first frame, with the scale that was learned."""
@@ -186,8 +187,8 @@ class Preprocessor:
         Raises:
             ValueError: The state belongs to a sensor of another shape.
         """
-        if state["recent"].shape != self.shape:
-            raise ValueError(f"the state is for {state['recent'].shape}, the sensor {self.shape}")
+        if state["noise"].shape != self.shape:
+            raise ValueError(f"the state is for {state['noise'].shape}, the sensor {self.shape}")
         self._measured = None
         if self._scale is not None:
             self._scale.restore(state)
@@ -242,10 +243,10 @@ class Preprocessor:
         if self._soft and (dead := self._responses.dead) is not None:
             z = 1.0 + self._interpolator.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
-        deviation, gate = mean_of(np.abs(image - 1.0)), self._rest.gate
-        strength = self._rest.local.strength(image)
-        quiet = deviation < gate and not self._rest.local.touched(strength)
-        prepared = Prepared(image, True, deviation, quiet, self._rest.idle, lost, dead)
-        self._measured = _Measured(values, felt, gate, strength, prepared)
+        deviation, noise = mean_of(np.abs(image - 1.0)), self._rest.noise
+        strength = noise.strength(image)
+        quiet = not noise.touched(deviation, strength)
+        prepared = Prepared(image, True, deviation, quiet, noise.idle, lost, dead)
+        self._measured = _Measured(values, felt, strength, prepared)
         self._images.append(image)
         return prepared

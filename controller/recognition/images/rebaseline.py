@@ -76,7 +76,9 @@ class Rebaseline:
         if len(self.spell) < (self.spell.maxlen or 0):
             return None
         here = np.mean(self.spell, axis=0)
-        if self.peak < _PEAK * difference(here, rest, self.settings):
+        if self.peak < _PEAK * difference(here, rest, self.settings) and not (
+            self.old and self._common(here, rest)
+        ):
             return None
         if not self._steady(self.spell, here, gate):
             return None
@@ -90,6 +92,10 @@ class Rebaseline:
         found = np.mean(self.places, axis=0)
         change = z_image(found, rest, self.settings) - 1.0
         return found if not self._soft or drift.unevenness(change) < _LOCAL else None
+
+    def _common(self, here: Reading, rest: Reading) -> bool:
+        """Return whether a level differs from rest, (rows, columns), by pressure or temperature."""
+        return self._soft and drift.shape(z_image(here, rest, self.settings) - 1.0) == "common"
 
     def _steady(self, frames: Iterable[Reading], here: Reading, gate: float) -> bool:
         """Return whether frames differ from a level, (rows, columns), only by noise."""

@@ -90,7 +90,7 @@ def test_a_new_pipeline_remembers_nothing() -> None:
     state = {name: array.tolist() for name, array in pipeline().state().items() if array.any()}
     assert state == {
         "debounce.mean": [1.0, 0.0, 0.0, 0.0, 0.0],
-        "preprocess.recent": np.ones((5, 5)).tolist(),
+        "preprocess.firm": [-0.08],  # touches lower an orb's readings
     }
 
 
@@ -157,8 +157,8 @@ def test_a_state_of_something_else_is_refused() -> None:
     wrong: tuple[State, ...] = (
         {},
         {**state, "extra.thing": np.zeros(1)},
-        {**state, "preprocess.recent": np.ones((4, 4))},
-        {**state, "preprocess.recent": np.zeros((5, 5))},
+        {**state, "preprocess.noise": np.ones((4, 4))},
+        {**state, "preprocess.rest": np.zeros((1, 5, 5))},
         {**state, "debounce.mean": np.ones(7)},
         {**state, "debounce.held": np.array([9.0])},
     )

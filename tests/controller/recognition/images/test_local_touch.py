@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.images.baseline import LocalGate
 from controller.recognition.images.frames import PreprocessSettings
+from controller.recognition.images.noise import TaxelNoise
 from controller.recognition.images.preprocess import Prepared, Preprocessor
 from controller.shared.aliases import Frames
 
@@ -94,12 +94,12 @@ def test_a_finger_that_was_there_from_the_start_is_forgotten_once_touches_show_t
 
 
 def test_on_a_sensor_of_few_taxels_the_mean_decides_alone() -> None:
-    gate = LocalGate((5, 5), 0.0)
-    image = np.ones((5, 5))
+    noise = TaxelNoise(PreprocessSettings(), (5, 5))
+    image = np.ones((5, 5), dtype=np.float32)
     image[2, 2] = 0.2
-    assert gate.strength(image) == 0.0
-    assert not gate.touched(gate.strength(image))
-    assert gate.state() == {}
+    assert noise.strength(image) == 0.0
+    assert not noise.touched(0.014, noise.strength(image))
+    assert noise.touched(0.015, noise.strength(image))
 
 
 def test_noise_that_has_doubled_is_no_touch_after_a_minute() -> None:
@@ -122,7 +122,7 @@ def test_state_continues_exactly_and_an_older_one_learns_its_noise() -> None:
     rest = [not other.step(frame).quiet for frame in frames[half:]]
     assert rest == whole[half:].tolist()
     older = Preprocessor(settings, 12, 21)
-    older.restore({**begun.state(), "local": older.state()["local"]})
+    older.restore({**begun.state(), "noise": np.zeros((12, 21))})
     for frame in frames[half:]:
         older.step(frame)
-    assert older.state()["local"][0] == pytest.approx(other.state()["local"][0], rel=0.3)
+    assert older.state()["noise"] == pytest.approx(other.state()["noise"], rel=0.5)
