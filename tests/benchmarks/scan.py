@@ -17,7 +17,7 @@ from .results import Results, command_line
 
 PAPER_MS: Final = 86.0  # of its whole cycle, section 5
 
-_SMALL: Final = replace(wirings.Wiring(), pump=None, circuit=wirings.CircuitWiring(ghosting=0.0))
+_SMALL: Final = replace(wirings.Wiring(), pump=None, circuit=wirings.CircuitWiring())
 _LARGE: Final = replace(
     _SMALL,
     electrodes=wirings.Electrodes(

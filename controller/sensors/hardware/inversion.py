@@ -12,21 +12,14 @@ nominal value is needed, and C_r is only a scale, which cancels in z = C / C0.
 The price is noise: an error of a row's sum is one of all its taxels alike. So sums that change by
 no more than their noise are averaged over a few frames, and those that change by more are believed
 at once.
-
-Networks that learned from the virtual orb know images in which a share of the neighbours remains
-(controller/simulator/dome/readout.py). `ghosting` puts it back:
-
-    C'_ij = C_ij (C_s + ghosting (n - 1) 41.2 pF) / (C_s + ghosting (T_j - C_ij))
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from controller.sensors.hardware.wiring import Wiring
 from controller.shared.aliases import Array
-from controller.simulator.dome.readout import NOMINAL_PF, ReadoutModel
 
 LEAST_PF: Final = 0.05  # what no taxel is below: images divide by the rest
 _FULLEST: Final = 0.98  # a row whose shares sum up to more is broken, not large
@@ -34,7 +27,6 @@ _ROUNDS: Final = 3  # of the bleeding, each 100 times closer than the last
 _WEIGHT: Final = 0.2  # of a new sum that differs by less than the noise
 _BELIEVED: Final = 3.0  # deviations from which on a sum is believed at once
 _NOISE_WEIGHT: Final = 0.05  # of a new difference in the noise
-_STRAY_PF: Final = ReadoutModel().stray_pf  # C_s, of the virtual orb's rows
 
 
 class Inversion:
@@ -44,7 +36,6 @@ class Inversion:
         """Prepare for a wiring; `full` are the counts of full scale, which is the supply."""
         self._row_pf, self._bleed = wiring.circuit.row_pf, wiring.circuit.bleed_mohm
         self._full = full * wiring.circuit.reach
-        self._ghosting = wiring.circuit.ghosting
         self._sums: _Sums | None = None
 
     def picofarads(self, counts: Array, age_s: Array, dark: Array) -> Array:
@@ -63,11 +54,7 @@ class Inversion:
         if self._sums is None:
             self._sums = _Sums(sums)
         total_pf = self._total_pf(self._sums.step(sums))
-        taxels = kept * total_pf
-        others = np.maximum(total_pf - self._row_pf - taxels, 0.0)
-        usual = (counts.shape[1] - 1) * NOMINAL_PF
-        left = (_STRAY_PF + self._ghosting * usual) / (_STRAY_PF + self._ghosting * others)
-        return np.asarray(np.maximum(taxels * left, LEAST_PF))
+        return np.asarray(np.maximum(kept * total_pf, LEAST_PF))
 
     def _total_pf(self, sums: Array) -> Array:
         """Return everything on a row, T_j + C_r, (rows, 1), for the sums of its shares."""
@@ -75,8 +62,7 @@ class Inversion:
 
 
 def picofarads(wiring: Wiring, counts: Array, age_s: Array, dark: Array, full: int) -> Array:
-    """Return a single frame's capacitances without any ghosts; arguments as of `Inversion`."""
-    wiring = replace(wiring, circuit=replace(wiring.circuit, ghosting=0.0))
+    """Return a single frame's capacitances; arguments as of `Inversion`."""
     return Inversion(wiring, full).picofarads(counts, age_s, dark)
 
 

@@ -93,9 +93,6 @@ class CircuitWiring:
     bleed_mohm: float = number(50.0, 0.1, 10_000.0)
     # share of a row's voltage that comes to the converter: below 1 with C_m in series
     reach: float = number(1.0, 0.01, 1.0)
-    # share of its row's other taxels that is left in a taxel's reading. By default as much as in
-    # the virtual orb's, on which the bundle that ships was trained
-    ghosting: float = number(0.15, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -197,7 +197,7 @@ class Electronics:
         circuit = self._readout
         for fault in self._since:
             if fault.kind == "saturation":
-                circuit = replace(circuit, ceiling=fault.size * circuit.usual(self._columns))
+                circuit = replace(circuit, ceiling=fault.size * circuit.usual)
             elif fault.kind == "mains":
                 circuit = replace(circuit, mains=circuit.mains + fault.size)
         return circuit

@@ -1,8 +1,9 @@
 """From capacitances to the picofarads that a scan reports: divider, charging, noise, bits.
 
 The matrix is scanned column by column, one slot a taxel, so a frame is a rolling exposure.
-Each reading divides the taxel against the input's stray capacitance, a share of its
-neighbours on the row (ghosting), and the finger's own.
+Each reading divides the taxel against the input's stray capacitance and the finger's own. The
+row's other taxels load the divider, too; the row's sum tells by how much (the driver's
+`controller/sensors/hardware/inversion.py`), so the readings are those without them.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +22,6 @@ class ReadoutModel:
     """The circuit of the paper's section 3.2, as far as a reading depends on it."""
 
     stray_pf: float = 60.0  # input and wiring capacitance of a row
-    ghosting: float = 0.15  # share of the row's other taxels that loads the divider
     finger_pf: float = 2.0  # what a firm finger adds to its row
     slot_s: float = 0.0024  # time per taxel; 25 slots of 2-3 ms fill the paper's 86 ms cycle
     charge_s: float = 0.00206  # nominal charging time constant, 50 Mohm x 41.2 pF
@@ -52,10 +52,10 @@ class ReadoutModel:
             noise_lsb=self.noise_lsb / float(np.sqrt(share)),
         )
 
-    def usual(self, columns: int) -> float:
-        """Return what an untouched taxel usually reads, of full scale."""
-        load = self.stray_pf + self.ghosting * (columns - 1) * NOMINAL_PF
-        return NOMINAL_PF / (NOMINAL_PF + load) * self.settled
+    @property
+    def usual(self) -> float:
+        """What an untouched taxel usually reads, of full scale."""
+        return NOMINAL_PF / (NOMINAL_PF + self.stray_pf) * self.settled
 
 
 def scan_times(rows: int, columns: int, model: ReadoutModel) -> Array:
@@ -79,9 +79,7 @@ def read(
     reading before all others and the last one are shares of full scale, shape ().
     """
     scans, rows, columns = capacitance.shape
-    others = capacitance.sum(axis=2, keepdims=True) - capacitance
-    load = model.stray_pf + model.ghosting * others
-    load = load + model.finger_pf * fingers[:, :, None]
+    load = model.stray_pf + model.finger_pf * fingers[:, :, None]
     volts = capacitance / (capacitance + load) * model.settled
     volts *= 1.0 + model.mains * (1.0 + 3.0 * fingers[:, :, None]) * np.sin(hum_phase)
     scanned = volts.transpose(0, 2, 1).ravel()  # in the order of reading
@@ -92,11 +90,10 @@ def read(
     full = 2.0**model.bits
     volts = scanned.reshape(scans, columns, rows).transpose(0, 2, 1)
     counts = np.clip(np.rint(volts * full + model.noise_lsb * noise), 1, full * model.ceiling - 1)
-    return picofarads(model, counts / full, columns), last
+    return picofarads(model, counts / full), last
 
 
-def picofarads(model: ReadoutModel, reading: Array, columns: int) -> Array:
+def picofarads(model: ReadoutModel, reading: Array) -> Array:
     """Return picofarads for readings, of full scale, any shape, by nominal constants."""
     share = np.clip(reading / (model.settled * (1.0 + np.exp(-model.discharge_slots))), 1e-4, 0.95)
-    load = model.stray_pf + model.ghosting * (columns - 1) * NOMINAL_PF
-    return np.asarray(share * load / (1.0 - share))
+    return np.asarray(share * model.stray_pf / (1.0 - share))

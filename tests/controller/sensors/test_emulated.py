@@ -27,7 +27,7 @@ from controller.simulator.dome.readout import ReadoutModel
 
 @pytest.mark.parametrize("scheme", get_args(Scheme))
 def test_a_driver_reads_what_the_skin_is(scheme: Scheme) -> None:
-    bench = EmulatedBoard(Wiring(scheme=scheme, circuit=CircuitWiring(ghosting=0.0)), seed=3)
+    bench = EmulatedBoard(Wiring(scheme=scheme, circuit=CircuitWiring()), seed=3)
     driver = Driver(bench.board)
     rest = np.mean([driver.frame() for _ in range(8)], axis=0)
     assert rest == pytest.approx(bench.picofarads, rel=0.05)  # nobody has measured its rows

@@ -131,7 +131,7 @@ def driven(name: str, wiring: Wiring, noise_lsb: float = 1.0) -> Array:
 
 def wired(scheme: Scheme, chip: str = "mcp3208") -> Wiring:
     """The default wiring without pump, and without what the bundle wants left of neighbours."""
-    circuit = CircuitWiring(ghosting=0.0)
+    circuit = CircuitWiring()
     wiring = replace(Wiring(scheme=scheme), pump=None, circuit=circuit)
     return replace(wiring, converter=replace(wiring.converter, type=chip))
 
@@ -156,7 +156,7 @@ def test_ten_bits_with_noise_read_an_image_within_a_percent() -> None:
 
 def test_a_series_capacitor_costs_accuracy() -> None:
     # C_m and a follower, as figure 4b has it: what passes is a quarter, and sags meanwhile.
-    wiring = replace(wired("taxel"), circuit=CircuitWiring(row_pf=127.0, reach=0.23, ghosting=0.0))
+    wiring = replace(wired("taxel"), circuit=CircuitWiring(row_pf=127.0, reach=0.23))
     frames = driven("coupled", wiring, noise_lsb=0.0)
     error = frames[:, 1] / frames[:, 0] - TRUE_Z
     assert 0.005 < np.sqrt(np.mean(error**2)) < 0.02

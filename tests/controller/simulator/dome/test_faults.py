@@ -30,7 +30,7 @@ def test_a_dead_taxel_feels_nothing_and_a_leaky_one_less() -> None:
     sound, broken = reaction(frames(press=True)), reaction(frames("dead:2,2", press=True))
     leaky = reaction(frames("leaky:2,2=0.001", press=True))
     assert sound[2, 2] > 0.2
-    assert broken[2, 2] < 0.03
+    assert broken[2, 2] < 0.05  # the finger itself loads the row
     assert 0.4 < leaky[2, 2] / sound[2, 2] < 0.8
     assert broken[2, 1] == pytest.approx(sound[2, 1], abs=0.02)
 
