@@ -70,7 +70,7 @@ def knows(gestures: Sequence[Path], label: str) -> bool:
         known = load(gestures).get(label)
     except GestureError as error:
         raise SensorError(str(error)) from None
-    return known is not None and not known.distractor
+    return known is not None and known.usual
 
 
 class Virtual(VirtualOrb, Sensor):

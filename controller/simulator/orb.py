@@ -38,10 +38,36 @@ PRESETS: Final[dict[str, OrbModel]] = {
         electronics=replace(
             _CIRCUIT,
             taxel_drift=(0.03, 120.0),
-            readout=replace(_CIRCUIT.readout, noise_lsb=42.0),
+            readout=replace(_CIRCUIT.readout, noise_lsb=48.0),
         ),
     ),
 }
+
+
+# Constants of the contact model that no measurement fixes: coupling, bulge, width of a contact.
+_VARIED: Final = ("bulge", "permittivity_drop", "stick", "spread", "wrap", "reach")
+_FACTOR: Final = 1.18  # greatest of them, and of what the apex stretches beyond 1
+_FRICTION: Final = (0.25, 1.0)  # mm of drag per mm of depth
+_MEMORY: Final = (0.6, 1.6)  # factor of both shares of the rubber's memory
+
+
+def vary(model: OrbModel, rng: np.random.Generator) -> OrbModel:
+    """Return an orb of the same electronics and another physics, drawn within stated limits."""
+
+    def factor() -> float:
+        return float(_FACTOR ** rng.uniform(-1.0, 1.0))
+
+    mechanics = model.mechanics
+    contact = {name: factor() * getattr(mechanics.contact, name) for name in _VARIED}
+    friction, much = float(rng.uniform(*_FRICTION)), float(rng.uniform(*_MEMORY))
+    varied = replace(
+        mechanics,
+        apex_stretch=1.0 + factor() * (mechanics.apex_stretch - 1.0),
+        contact=replace(mechanics.contact, **contact),
+        friction=(friction, friction),
+        memory=tuple((much * share, tau_s) for share, tau_s in mechanics.memory),
+    )
+    return replace(model, mechanics=varied)
 
 
 class OrbSimulator:

@@ -64,6 +64,7 @@ def simulate(
     faults: Iterable[Fault] = (),
     day: int = 0,
     quick: float = 0.0,
+    unruly: float = 0.0,
 ) -> Session:
     """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
@@ -83,6 +84,7 @@ def simulate(
         faults: What is broken from the first frame on.
         day: Which of this orb's sessions: other drift and noise, the same taxels.
         quick: Share of a free stream's turns in which quick gestures follow each other.
+        unruly: Share of the other turns with slides, winding up, resting hands and the like.
 
     Raises:
         ValueError: The hand does not know a gesture.
@@ -110,7 +112,7 @@ def simulate(
         frames * per_frame, rate_hz * per_frame, grid, style, away_mm, repertoire or shipped(), rng
     )
     if protocol == "free":
-        hand.stream(gestures, quick)
+        hand.stream(gestures, quick, unruly)
     else:
         hand.blocks(gestures)
     labels = ("null", *gestures)

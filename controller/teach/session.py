@@ -31,7 +31,7 @@ from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, Examp
 from controller.shared.errors import count
 from controller.shared.protocol.messages import Message, Perform
 from controller.simulator.hand.gesture_file import load
-from controller.simulator.hand.performance import DISTRACTORS
+from controller.simulator.hand.performance import BRIEF
 from controller.teach import TeachError
 
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
@@ -214,7 +214,7 @@ class CuedHand:
             return None
         label = cue.label
         if label == NULL_LABEL:
-            label = str(self._rng.choice(DISTRACTORS))
+            label = str(self._rng.choice(BRIEF))
         at = cue.place or place(label, self._geometry, self._repertoire, self._rng)
         self._number += 1
         at_s = t_s + float(self._rng.uniform(*_REACTION_S))

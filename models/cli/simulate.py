@@ -53,6 +53,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     words = "share of turns in which several quick gestures follow each other (default: 0)"
     add("--quick", type=number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)
+    words = "share of the other turns with slides, winding up, resting hands (default: 0)"
+    add("--unruly", type=number(0.0, 1.0), default=0.0, metavar="SHARE", help=words)
+    words = "domes of other thickness, friction and pressure in each session"
+    add("--varied", action="store_true", help=words)
     words = "taxels, up to 32x32, and their distance in mm (default: 5x5; the grid is 40 mm long)"
     add("--grid", type=_grid, default={}, metavar="ROWSxCOLUMNS[xPITCH]", help=words)
 

@@ -25,7 +25,7 @@ from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.hand.performance import GESTURES
 from controller.simulator.hand.user_style import UserStyle, person
-from controller.simulator.orb import PRESETS, OrbModel, preset
+from controller.simulator.orb import PRESETS, OrbModel, preset, vary
 from controller.simulator.session import DATA, TEST_SEEDS, Protocol, Session, simulate
 from models import formatting, processes
 from models.results import storage
@@ -38,6 +38,7 @@ _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has infl
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
 ORB: Final = 78  # tag of the orb that all users share
+_PHYSICS: Final = 79  # tag of what a dome's physics is drawn from
 _DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
@@ -63,6 +64,11 @@ class DataSet:
     one_orb: bool = False  # all users touch one orb, on days of their own; else each session's own
     # share of turns in which several quick gestures follow each other
     quick: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
+    # share of the other turns with slides, winding up, resting hands and the like
+    unruly: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
+    varied: bool = (
+        False  # the dome's physics differs from session to session, not its pressure only
+    )
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
@@ -83,8 +89,8 @@ class DataSet:
         """
         known = load(self.files)
         for label in self.gestures:
-            if label not in known or known[label].distractor:
-                names = ", ".join(name for name, gesture in known.items() if not gesture.distractor)
+            if label not in known or not known[label].usual:
+                names = ", ".join(name for name, gesture in known.items() if gesture.usual)
                 raise ValueError(f"there is no gesture {label!r}; there are {names}")
         if len(set(self.gestures)) < len(self.gestures):
             raise ValueError("a gesture is named twice; name each once")
@@ -134,6 +140,7 @@ class DataSet:
             faults=faults,
             day=day,
             quick=self.quick,
+            unruly=self.unruly,
         )
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> Recording:
@@ -145,6 +152,9 @@ class DataSet:
             seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
             day = 1 + user * _DAYS + number
         model = self.model()
+        if self.varied:
+            own = () if self.one_orb else (user, number)
+            model = vary(model, np.random.default_rng([DATA, self.seed, _PHYSICS, *own]))
         played = self.played(seeds, user, day, model, faults)
         origin = recording.Provenance(
             device_id=f"simulated-{which}",

@@ -150,12 +150,20 @@ class Gesture:
     lag: Key = 0.0  # seconds by which a finger's movement is late
     late: Key = 0.0  # seconds by which a finger lands late
     early: Key = 0.0  # seconds by which it lifts early
+    tremble: Key = 0.0  # relative amplitude of an oscillation of the depth
+    tremble_hz: Key = 6.0  # its frequency
     # Turns of the dome that leave it the same gesture.
     rotations: str = field(default="none", metadata={"choices": ("all", "half", "none")})
     mirror: str = "none"  # its mirror image: "self", another label, or "none" (no gesture)
     place: str = field(default="middle", metadata={"choices": ("middle", "anywhere")})
     distractor: bool = False  # whether it is no gesture
+    form_of: str = ""  # label of the gesture that this is another form of
     quick: "Gesture | None" = None  # the same in fast play; None: it has no other form
+
+    @property
+    def usual(self) -> bool:
+        """Whether it is a gesture, in its usual form."""
+        return not self.distractor and not self.form_of
 
     def move(self, style: UserStyle, rng: np.random.Generator, step_hz: float) -> Paths:
         """Return what a user's fingers do in one event, relative to where it is."""
@@ -175,6 +183,9 @@ class Gesture:
 
         depth = np.empty((clock.steps, fingers))
         np.maximum(clock.track(self.depth, known, landing, -lifting), 0.0, out=depth)
+        if self.tremble != 0.0:
+            phase = 2 * np.pi * value_of(self.tremble_hz, known) * clock.time_s
+            depth *= 1.0 + value_of(self.tremble, known) * np.sin(phase)
         points = np.empty((clock.steps, fingers), dtype=np.complex128)
         points.real, points.imag = track(self.x), track(self.y)
         if self.reach != (0.0,) or self.line:

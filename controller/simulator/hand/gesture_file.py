@@ -32,7 +32,10 @@ _Table = dict[str, Any]
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]{0,31}")
 _TRACKS: Final = ("depth", "reach", "angle", "x", "y")
-_NUMBERS: Final = ("yaw", "radius", "fan", "line", "lead", "lag", "late", "early")
+_NUMBERS: Final = (
+    *("yaw", "radius", "fan", "line", "lead", "lag", "late", "early"),
+    *("tremble", "tremble_hz"),
+)
 _REHEARSALS: Final = 8
 
 
@@ -87,6 +90,7 @@ def parse(given: Mapping[str, _Table]) -> Repertoire:
     made = {label: _gesture(source, _whole(label, tables)) for label, (source, _) in tables.items()}
     for label, gesture in made.items():
         _check_mirror(tables[label][0], gesture, made)
+        _check_form(tables[label][0], gesture, made)
         _rehearse(tables[label][0], gesture)
     return made
 
@@ -202,6 +206,14 @@ def _check_mirror(source: str, gesture: Gesture, all_of_them: Repertoire) -> Non
         raise GestureError(
             f"{source} has mirror = {gesture.mirror!r}, which is no other gesture that names it in "
             'turn; write "self", "none" or such a label'
+        )
+
+
+def _check_form(source: str, gesture: Gesture, all_of_them: Repertoire) -> None:
+    usual = all_of_them.get(gesture.form_of)
+    if gesture.form_of and (usual is None or not usual.usual):
+        raise GestureError(
+            f"{source} has form_of = {gesture.form_of!r}, which is no gesture in its usual form"
         )
 
 

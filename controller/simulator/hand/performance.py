@@ -22,6 +22,7 @@ SLOTS: Final = FINGERS  # fingers of a hand
 GESTURES: Final = vocabulary.shipped().labels[1:]  # paper, section 4.2
 LOCATED: Final = vocabulary.shipped().located  # those of them whose place is a command's
 DISTRACTORS: Final = tuple(label for label, one in shipped().items() if one.distractor)
+BRIEF: Final = ("brush", "rest")  # those of them that fit where a person is asked for none
 ONSET_SHARE: Final = 0.4  # of the plateau depth: where a gesture truly begins
 RIM: Final = 34 / 38  # of the dome's radius; farther out a finger meets the clamp
 _RELEASED_MM: Final = 0.05  # shallower than this no finger touches

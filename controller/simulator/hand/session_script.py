@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from controller.shared.event_metric import Event
 from controller.simulator.hand.gesture_file import Repertoire
-from controller.simulator.hand.performance import DISTRACTORS, LOCATED, SLOTS, perform
+from controller.simulator.hand.performance import (
+    BRIEF,
+    DISTRACTORS,
+    LOCATED,
+    SLOTS,
+    Performance,
+    perform,
+)
 from controller.simulator.hand.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
@@ -24,10 +31,19 @@ _SPARE_S: Final = 1.0  # nothing touches so shortly before the end
 # Free streams.
 _LEAD_S: Final = 3.0  # quiet time before the first event
 _DISTRACTED: Final = 0.22  # share of contacts that are no gestures
+_UNRULY_DISTRACTED: Final = 0.4  # the same in the turns of an unruly hand
+_UNRULY_PAUSE_S: Final = (0.3, 0.9)
+_MIDDLE_OFF_MM: Final = 15.0  # farthest that such a hand is from the middle that it means
+_UNDER: Final = ("thumb", "pinch_held")  # contacts that may last while another finger presses
+_UNDER_S: Final = (0.8, 1.4)  # from their beginning to the first press
+_FAR_MM: Final = 17.0  # from them to that finger, at least
 _BURST: Final = (2, 9)  # fewest and most quick gestures in a row, the latter excluded
 _PRESSES: Final = 0.6  # share of such rows that are presses alone
 _PERIOD_S: Final = (0.18, 0.8)  # of them
 _APART_S: Final = 0.075  # from the end of a label to the next
+# A pinch or a twist is over when its fingers have come to rest, though they may stay on the dome.
+_SETTLED_S: Final = 0.15  # from the last movement to the end of the label
+_MOVING_MM_S: Final = 15.0
 
 # Class blocks. The pauses make 57 % of all frames static, as in the paper's data (section 6).
 _BASELINE_S: Final = 10.5  # quiet time for the paper's 10 s of rest
@@ -74,18 +90,24 @@ class SessionScript:
         self.events: list[Event] = []
         self.distractors: list[Event] = []
         self._finger: list[int] = []  # slot of its first finger
+        self._settled_s: list[float] = []  # when the fingers of each have come to rest
 
-    def stream(self, gestures: Sequence[str], quick: float = 0.0) -> None:
+    def stream(self, gestures: Sequence[str], quick: float = 0.0, unruly: float = 0.0) -> None:
         """Play gestures and distractors in any order until the end.
 
         Args:
             gestures: Labels.
             quick: Share of turns in which several quick gestures follow each other.
+            unruly: Share of the other turns that have other forms of the gestures (slides, winding
+                up, trembling, light and off-middle ones) and many touches that are none.
         """
         now: float | None = _LEAD_S
         while now is not None:
             if quick and self._rng.random() < quick:
                 now = self._burst(gestures, now)
+                continue
+            if unruly and self._rng.random() < unruly:
+                now = self._unruly(gestures, now)
                 continue
             kinds = gestures if self._rng.random() > _DISTRACTED else DISTRACTORS
             now = self._do(str(self._rng.choice(kinds)), now, self._steps)
@@ -96,7 +118,7 @@ class SessionScript:
         """Play each class by itself, null first, the others in an order of this session's."""
         rng, block = self._rng, self._steps / (len(gestures) + 1)
         now = _BASELINE_S
-        while (end := self._do(str(rng.choice(DISTRACTORS)), now, block)) is not None:
+        while (end := self._do(str(rng.choice(BRIEF)), now, block)) is not None:
             now = end + rng.uniform(*_NULL_PAUSE_S)
         for number, kind in enumerate(rng.permutation(list(gestures)).tolist(), 1):
             now = max(_BASELINE_S, number * block / self._step_hz)
@@ -121,6 +143,42 @@ class SessionScript:
             now = max(began + period * rng.uniform(0.9, 1.1), end + rng.uniform(-0.1, 0.1))
         return now + self._look()
 
+    def _unruly(self, gestures: Sequence[str], now: float) -> float | None:
+        """Play another form of a gesture, or a touch that is none."""
+        rng = self._rng
+        kind, place = str(rng.choice(DISTRACTORS)), None
+        if rng.random() >= _UNRULY_DISTRACTED:
+            label = str(rng.choice(gestures))
+            forms = [name for name, one in self._repertoire.items() if one.form_of == label]
+            kind = str(rng.choice(forms or [label]))
+            if self._repertoire[kind].place == "middle":
+                away = rng.uniform(0.0, _MIDDLE_OFF_MM / self._grid[2])
+                x, y = self._place(kind)
+                angle = rng.uniform(0.0, 2 * np.pi)
+                place = x + away * np.cos(angle), y + away * np.sin(angle)
+        end = self._do(kind, now, self._steps, place)
+        located = [label for label in gestures if label in LOCATED]
+        if end is not None and kind in _UNDER and located:
+            end = self._press_beside(str(rng.choice(located)), now, end)
+        return None if end is None else end + rng.uniform(*_UNRULY_PAUSE_S)
+
+    def _press_beside(self, kind: str, now: float, end: float) -> float | None:
+        """Press far from the contacts of `now` to `end`, seconds, until they leave."""
+        rng, (rows, columns, pitch_mm) = self._rng, self._grid
+        at, last = now + rng.uniform(*_UNDER_S), end
+        while at < end - 0.4:
+            step = round(at * self._step_hz)
+            there = self.point[step, self.depth_mm[step] > 0.0]
+            place = self._place(kind)
+            point = complex(place[0] - (columns - 1) / 2, place[1] - (rows - 1) / 2) * pitch_mm
+            if len(there) and np.abs(there - point).min() > _FAR_MM:
+                done = self._do(kind, at, self._steps, place, quick=rng.random() < 0.4)
+                if done is None:
+                    return None
+                last, at = max(end, done), done
+            at += rng.uniform(0.1, 0.7)
+        return last
+
     def truth(
         self, time_s: NDArray[np.float64], labels: Sequence[str]
     ) -> tuple[NDArray[np.int8], NDArray[np.int32]]:
@@ -133,7 +191,7 @@ class SessionScript:
         following = [event.onset_s - _APART_S for event in self.events[1:]]
         for i, event in enumerate(self.events):
             next_s = following[i] if i < len(following) else np.inf
-            end_s = max(event.onset_s, min(event.release_s, next_s))
+            end_s = max(event.onset_s, min(event.release_s, next_s, self._settled_s[i]))
             during = slice(*np.searchsorted(time_s, (event.onset_s, end_s)))
             label[during], number[during] = labels.index(event.kind), i
         return label, number
@@ -197,6 +255,7 @@ class SessionScript:
         self.depth_mm[where] = done.depth_mm[:, :fingers]
         self.radius_mm[where] = done.radius_mm[:fingers]
         begun = first / hz
+        kind = self._repertoire[kind].form_of or kind
         event = Event(begun + done.onset_s, begun + done.release_s, kind)
         if self._repertoire[kind].distractor:
             self.distractors.append(event)
@@ -205,6 +264,8 @@ class SessionScript:
                 self.events[-1] = replace(self.events[-1], release_s=event.onset_s)
             self.events.append(event)
             self._finger.append(int(free[0]))
+            settled = event.release_s if kind in LOCATED else begun + _settled(done, hz)
+            self._settled_s.append(max(settled, event.onset_s + _SETTLED_S))
         return last / hz
 
     def _place(self, kind: str) -> tuple[float, float]:
@@ -222,6 +283,14 @@ class SessionScript:
         """Return the time until the next event: brisk play, now and then a long look, seconds."""
         long = self._rng.random() < 0.12
         return float(self._rng.uniform(3.0, 7.0) if long else self._rng.uniform(0.35, 1.5))
+
+
+def _settled(done: Performance, step_hz: float) -> float:
+    """Return when its fingers have come to rest, seconds from its start."""
+    firm = done.depth_mm[1:] > 0.5
+    moves = (np.abs(np.diff(done.point, axis=0)) * firm).max(axis=1) * step_hz > _MOVING_MM_S
+    moves |= np.diff(done.depth_mm, axis=0).max(axis=1) * step_hz > _MOVING_MM_S
+    return float(np.flatnonzero(moves).max(initial=0) + 1) / step_hz + _SETTLED_S
 
 
 def hold_button(

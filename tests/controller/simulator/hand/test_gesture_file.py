@@ -43,15 +43,17 @@ def gesture(text: str) -> Gesture:
 def test_the_papers_gestures_and_three_more_ship() -> None:
     known = shipped()
     assert {label for label, g in known.items() if g.distractor} == set(DISTRACTORS)
-    others = {label for label, g in known.items() if not g.distractor} - set(GESTURES)
+    others = {label for label, g in known.items() if g.usual} - set(GESTURES)
     assert others == {"double_tap", "swipe", "squeeze"}
+    assert {g.form_of for g in known.values() if g.form_of} == set(GESTURES)
 
 
 def test_symmetries_are_declared() -> None:
     known = shipped()
     assert {g.rotations for g in known.values()} == {"all"}
     mirrors = {label: g.mirror for label, g in known.items() if g.mirror != "self"}
-    assert mirrors == {"twist_cw": "twist_ccw", "twist_ccw": "twist_cw"}
+    pairs = [("twist_cw", "twist_ccw"), ("twist_cw_wound", "twist_ccw_wound")]
+    assert mirrors == dict(pairs) | {two: one for one, two in pairs}
     silent = gesture(TAP.replace('rotations = "all"\nmirror = "self"', ""))
     assert (silent.rotations, silent.mirror) == ("none", "none")
 

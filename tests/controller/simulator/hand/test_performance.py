@@ -99,7 +99,7 @@ def test_a_virtual_orb_performs_every_gesture_by_its_label(label: str) -> None:
     orb = VirtualOrb(3)
     orb.perform(1, label, 2.0, 2.0, 0.2)
     truths = []
-    for k in range(1, 50):
+    for k in range(1, 80):
         assert np.isfinite(orb.read(k / 10)).all()
         truths += orb.truths()
     assert [truth.label for truth in truths] == [label]
