@@ -6,7 +6,12 @@ it falls below. In a touch one gesture fires, at the first of these moments:
 - its smoothed probability reaches a bound that falls from `on` to `late` in the touch's first
   `wait_s`: early evidence must be clearer, since gestures begin alike;
 - the touch ends and it was the most probable one, at least `least` at its height and
-  `brief_s` long in all (its probabilities, added over time): a tap too short for the first.
+  `brief_s` long in all (its probabilities, added over time): a tap too short for the first. The
+  finger must have left: where the level of the contact stays, the network has found that the touch
+  is no gesture, as of an elbow that first looked like a finger.
+
+A gesture that may begin as its opposite, as a twist that is wound up, is `slow`: it fires when the
+touch has lasted for `slow_s`, or ended.
 
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
 (`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it.
@@ -29,7 +34,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.shared.aliases import State
+from controller.shared.aliases import Index, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
@@ -40,6 +45,9 @@ _ENOUGH = 0.2  # share of a gesture's streams in which the older one fires first
 _NEAR = 0.97  # of the bounds: what comes so near fires on another day or orb
 _MARGIN = 1.2  # of the longest time in the streams: people vary
 LONGEST_S = 0.6  # a command that comes later feels lost
+
+_BEFORE_S = 0.25  # the lowest level in this time is that before a touch
+_HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
 
 NULL = 0  # the class "null" comes first in every bundle
 
@@ -58,6 +66,10 @@ class DebounceSettings:
         least: Greatest smoothed probability in a touch that suffices at its end; above 1: none.
         brief_s: Least sum of the gesture's smoothed probabilities over the time of that touch.
         noise: Mean deviation of the untouched sensor, z, that halves `smoothing`; 0: none does.
+        lifted: Share of the rise of the contact's level, below which the end of a touch is that of
+            the contact; above 1: any is.
+        slow: Labels that may begin as another gesture.
+        slow_s: Time in a touch before which they do not fire.
         patient: Labels that wait for an awaited one.
         awaited: Labels that may begin like those.
         patience_s: How long they wait.
@@ -71,6 +83,9 @@ class DebounceSettings:
     least: float = field(default=2.0, metadata={"range": (0.0, 2.0)})
     brief_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     noise: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
+    lifted: float = field(default=2.0, metadata={"range": (0.0, 2.0)})
+    slow: tuple[str, ...] = ()
+    slow_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     patient: tuple[str, ...] = ()
     awaited: tuple[str, ...] = ()
     patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
@@ -117,19 +132,28 @@ class Debouncer:
         self._awaited = {self.labels.index(one) for one in settings.awaited}
         self._queue: list[tuple[int, int]] = []  # classes that wait, and for how many frames
         self._here = False  # the last of them is of the present touch
+        self._slow = [self.labels.index(one) for one in settings.slow]
+        self._levels = np.zeros(max(1, round(_BEFORE_S * rate_hz)))  # of the contact, newest last
+        self._touch = np.zeros(2)  # levels of the present touch: before it, and the highest
+        self._lasting = NULL  # the gesture that fired last, while its contact lasts
+        self._contact = np.zeros(2)  # levels of that contact: before it, and the highest
         self.tapped = 0.0
 
     @property
     def held(self) -> str:
-        """The gesture whose touch still lasts, "" if none."""
-        return self.labels[self._held] if self._held != NULL else ""
+        """The gesture whose contact still lasts, "" if none."""
+        kind = self._held or self._lasting
+        return self.labels[kind] if kind != NULL else ""
 
-    def step(self, probabilities: NDArray[np.floating], idle: float = 0.0) -> str | None:
+    def step(
+        self, probabilities: NDArray[np.floating], idle: float = 0.0, level: float = 0.0
+    ) -> str | None:
         """Take the newest probabilities, (classes,); return the gesture that fires, if any.
 
         Args:
             probabilities: Of the labels, (classes,).
             idle: Mean of |z - 1| while nothing touches.
+            level: Of the contact (`touch_position.ContactLevel`); 0 throughout: unknown.
 
         Raises:
             ValueError: There are more or fewer probabilities than labels.
@@ -140,7 +164,9 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
+        self._levels = np.append(self._levels[1:], level)
         fired = self._decide(self._mean)
+        self._last(fired)
         return self.labels[fired] if fired != NULL else None
 
     def state(self) -> State:
@@ -153,6 +179,8 @@ class Debouncer:
             "frames": np.array([self._frames], dtype=np.float64),
             "queue": np.array(self._queue, dtype=np.float64).reshape(-1, 2),
             "here": np.array([self._here], dtype=np.float64),
+            "levels": self._levels.copy(),
+            "lasting": np.array([self._lasting, *self._touch, *self._contact]),
             "tapped": np.array([self.tapped]),
         }
 
@@ -162,6 +190,8 @@ class Debouncer:
         self._held = int(state["held"][0])
         self._sum, self._peak = state["sum"].copy(), state["peak"].copy()
         self._frames, self._here = int(state["frames"][0]), bool(state["here"][0])
+        self._levels, lasting = state["levels"].copy(), state["lasting"]
+        self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:3], lasting[3:]
         self.tapped = float(state["tapped"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
@@ -177,9 +207,15 @@ class Debouncer:
         """Return the class that a frame of a touch decides for, mean (classes,), or NULL."""
         if self._held != NULL:
             return NULL
+        if self._frames == 0:
+            self._touch = np.array([self._levels.min(), self._levels[-1]])
         self._frames += 1
         self._sum += mean
         np.maximum(self._peak, mean, out=self._peak)
+        self._touch[1] = max(self._touch[1], self._levels[-1])
+        if self._slow and self._frames / self._rate_hz < self.settings.slow_s:
+            mean = mean.copy()
+            mean[self._slow] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
         if mean[best] < self._needed() or (self._here and best not in self._awaited):
             return NULL
@@ -210,6 +246,19 @@ class Debouncer:
         self._queue.pop(0)
         return kind
 
+    def _last(self, fired: int) -> None:
+        """Keep the gesture that fired while its contact lasts, which may be longer than its touch.
+
+        A pinch is over when its fingers have come together; they may stay.
+        """
+        if fired != NULL and fired == self._held:
+            self._lasting, self._contact = fired, self._touch.copy()
+        elif self._lasting != NULL:
+            low, high = self._contact[0], max(self._contact[1], self._levels[-1])
+            self._contact[1] = high
+            if self._levels[-1] - low <= _HOLDING * (high - low):
+                self._lasting = NULL
+
     def _needed(self) -> float:
         """Return the smoothed probability at which a gesture fires in this frame of a touch."""
         settings = self.settings
@@ -221,11 +270,14 @@ class Debouncer:
     def _end(self) -> int:
         """End a touch, if there is one; return the class that it was after all, or NULL."""
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
+        low, high = self._touch
+        lifted = self.settings.lifted
         enough = (
             self._held == NULL
             and not self._here
             and self._peak[best] >= self.settings.least
             and self._sum[best] / self._rate_hz >= self.settings.brief_s
+            and (lifted > 1.0 or self._levels[-1] - low <= lifted * (high - low))
         )
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0
@@ -255,6 +307,7 @@ def fire(
     settings: DebounceSettings,
     rate_hz: float = 10.0,
     labels: Sequence[str] = (),
+    levels: NDArray[np.float64] | None = None,
 ) -> list[tuple[int, int]]:
     """Return the frame and the class of every gesture that `Debouncer` fires.
 
@@ -262,23 +315,34 @@ def fire(
         means: What `smooth` returns for the settings' weights, (frames, classes).
         settings: When a gesture fires.
         rate_hz: Frames per second.
-        labels: The classes, "null" first; only for settings with patient ones.
+        labels: The classes, "null" first; only for settings with patient or slow ones.
+        levels: Of the contact in each frame, (frames,); None: unknown.
     """
+    levels = np.zeros(len(means)) if levels is None else levels
     if settings.patient:
         stage = Debouncer(labels, settings, rate_hz)
-        steps = ((frame, stage._decide(mean)) for frame, mean in enumerate(means))
-        return [(frame, kind) for frame, kind in steps if kind != NULL]
+        found = []
+        for number, (mean, level) in enumerate(zip(means, levels.tolist(), strict=True)):
+            stage._levels = np.append(stage._levels[1:], level)
+            if (kind := stage._decide(mean)) != NULL:
+                found.append((number, kind))
+        return found
     gestures = means[:, NULL + 1 :]
-    best = gestures.argmax(axis=1)
-    height = gestures[np.arange(len(means)), best]
     touched = np.concatenate([[False], 1.0 - means[:, NULL] >= settings.off, [False]])
     begins, ends = np.flatnonzero(np.diff(touched.astype(np.int8))).reshape(-1, 2).T
     if not len(begins):
         return []
+    frame = np.arange(len(means))
+    since = frame - begins[np.maximum(np.searchsorted(begins, frame, side="right") - 1, 0)] + 1
+    early = gestures
+    if settings.slow:
+        early = gestures.copy()
+        for label in settings.slow:
+            early[since / rate_hz < settings.slow_s, labels.index(label) - NULL - 1] = 0.0
+    best = early.argmax(axis=1)
+    height = early[frame, best]
     needed: float | NDArray[np.float64] = settings.on
     if settings.wait_s > 0.0:
-        frame = np.arange(len(means))
-        since = frame - begins[np.maximum(np.searchsorted(begins, frame, side="right") - 1, 0)] + 1
         share = np.minimum(1.0, since / rate_hz / settings.wait_s)
         needed = settings.on + (settings.late - settings.on) * share
     at = np.flatnonzero(height >= needed)
@@ -290,14 +354,30 @@ def fire(
         sums = np.add.reduceat(padded, bounds)[::2]
         peaks = np.maximum.reduceat(padded, bounds)[::2]
         most, touch = sums.argmax(axis=1), np.arange(len(begins))
+        low, high, last = _touch_levels(levels, begins, ends, max(1, round(_BEFORE_S * rate_hz)))
         enough = (
             (first >= ends)
             & (ends < len(means))
             & (peaks[touch, most] >= settings.least)
             & (sums[touch, most] / rate_hz >= settings.brief_s)
+            & ((settings.lifted > 1.0) | (last - low <= settings.lifted * (high - low)))
         )
         fired += [(int(ends[i]), NULL + 1 + int(most[i])) for i in np.flatnonzero(enough)]
     return sorted(fired)
+
+
+def _touch_levels(
+    levels: NDArray[np.float64], begins: Index, ends: Index, before: int
+) -> tuple[NDArray[np.float64], ...]:
+    """Return levels of the contact before each touch, in it at most, and after it, (touches,).
+
+    Touches are from the frame `begins` to the one before `ends`; `before` frames come before them.
+    """
+    padded = np.concatenate([np.zeros(before - 1), levels])
+    lowest = np.lib.stride_tricks.sliding_window_view(padded, before).min(axis=1)
+    bounds = np.column_stack([begins, ends]).ravel()
+    highest = np.maximum.reduceat(np.append(levels, 0.0), bounds)[::2]
+    return lowest[begins], highest, levels[np.minimum(ends, len(levels) - 1)]
 
 
 def patient(
@@ -327,7 +407,7 @@ def patient(
     delays: dict[int, list[float]] = {}
     for stream in streams:
         means = smooth(stream, weight)
-        first = next(iter(fire(means, eager, rate_hz)), None)
+        first = next(iter(fire(means, eager, rate_hz, labels)), None)
         sure = np.flatnonzero(means[:, own] >= min(on, late))
         if first is not None and first[1] < own and len(sure) and sure[0] > first[0]:
             delays.setdefault(first[1], []).append(float(sure[0] - first[0]) / rate_hz)

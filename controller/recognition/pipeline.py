@@ -15,7 +15,7 @@ from controller.recognition.images.scale import SKIN, Signal
 from controller.recognition.images.sensor_health import HealthMonitor
 from controller.recognition.mapping import Mapping
 from controller.recognition.touch_input import TOUCH_WINDOWS
-from controller.recognition.touch_position import PositionSpread, TouchImage
+from controller.recognition.touch_position import ContactLevel, PositionSpread, TouchImage
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
 from controller.shared.aliases import State
 from controller.shared.touch_strength import scaled
@@ -28,7 +28,7 @@ LATER: Final = (
     *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
-    "debounce.tapped",
+    *("debounce.tapped", "debounce.levels", "debounce.lasting", "contact.level"),
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
@@ -167,6 +167,7 @@ class Pipeline:
         grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
         self._touch = TouchImage(TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
+        self._level = ContactLevel(*grid)
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
@@ -264,6 +265,7 @@ class Pipeline:
             "preprocess": self._preprocessor.state(),
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
+            "contact": self._level.state(),
         }
         if self._identifier is not None:
             stages["users"] = self._identifier.state()
@@ -284,15 +286,19 @@ class Pipeline:
             raise ValueError("the state is of another bundle or sensor")
         if self._ratio and not (state["preprocess.rest"] > 0.0).all():
             raise ValueError("the state has a rest image that is not above zero")
-        if not 0 <= state["debounce.held"][0] < len(self.labels):
+        held = state["debounce.held"][0], state["debounce.lasting"][0]
+        if not 0 <= min(held) <= max(held) < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not have")
-        stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}, "users": {}}
+        stages: dict[str, State] = {
+            name: {} for name in ("preprocess", "debounce", "touch", "contact", "users")
+        }
         for key, array in state.items():
             stage, _, name = key.partition(".")
             stages[stage][name] = array
         self._preprocessor.restore(stages["preprocess"])
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
+        self._level.restore(stages["contact"])
         self._held = self._debouncer.held
         if self._identifier is not None:
             self._identifier.restore(stages["users"])
@@ -303,7 +309,8 @@ class Pipeline:
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
-        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength)
+        level = self._level.step(prepared.image, prepared.idle) if prepared.ready else 0.0
+        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength, level)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:

@@ -25,6 +25,7 @@ _RISING_S: Final = 0.09  # after a touch, in which its finger rises: another's r
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
 _ROUNDS: Final = 3  # of the weights; they have converged by then
+_NEWEST: Final = 0.5  # weight of the newest image in the level of the contact
 _TINY: Final = 1e-12  # power of an image without a signal
 _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean magnitude
 
@@ -48,6 +49,31 @@ class PositionSpread:
             blur: `TouchImage.blur` of its image.
         """
         return math.hypot(self.floor, self.noise * blur)
+
+
+class ContactLevel:
+    """Strength of the contact: the norm of the smoothed deviation above its noise.
+
+    Source: the deviation of n taxels with noise of variance v has the mean square signal² + n v.
+    """
+
+    def __init__(self, rows: int, columns: int) -> None:
+        """Begin without a contact, for images of (rows, columns)."""
+        self._mean: Change = np.zeros((rows, columns))
+
+    def step(self, image: Image, idle: float) -> float:
+        """Return the level after the next image, z, (rows, columns); `idle` as in `TouchImage`."""
+        self._mean = self._mean + _NEWEST * (image.astype(np.float64) - 1.0 - self._mean)
+        noise = self._mean.size * (_TO_SIGMA * idle) ** 2 * _NEWEST / (2.0 - _NEWEST)
+        return math.sqrt(max(0.0, float((self._mean * self._mean).sum()) - noise))
+
+    def state(self) -> State:
+        """Return everything remembered, for an exact continuation elsewhere."""
+        return {"level": self._mean.copy()}
+
+    def restore(self, state: State) -> None:
+        """Continue exactly where `state` was taken."""
+        self._mean = state["level"].copy()
 
 
 class TouchImage:
@@ -136,6 +162,9 @@ class TouchImage:
     def _rest(self, signal: Change, *, released: bool) -> None:
         """Take an image, (rows, columns), without a gesture; several of them end the touch."""
         if not self._touched:
+            if released:  # its fingers lay there until now: they are no residue
+                self._untouched.clear()
+                self._skip = self._rising
             if self._skip:
                 self._skip -= 1
             else:

@@ -18,6 +18,7 @@ from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
 from controller.recognition.images.frames import Image, PreprocessSettings, Window
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Networks, Pipeline, Touch
+from controller.recognition.touch_position import ContactLevel
 from controller.recordings.recording import PICOFARAD, Recording, RecordingError, refuse_misfit
 from controller.shared.aliases import Windows
 from controller.shared.event_metric import Answer
@@ -35,6 +36,7 @@ class NetworkInputs:
     windows: Windows  # every whole window, oldest first
     last: NDArray[np.int64]  # last frame of each, (windows,)
     idle: NDArray[np.float64]  # mean of |z - 1| while nothing touches, then, (windows,)
+    levels: NDArray[np.float64]  # of the contact in every frame, (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +48,7 @@ class Stream:
     # one per class, (n, classes); 1 for null where no window ends
     probabilities: NDArray[np.float32]
     idle: NDArray[np.float64]  # mean of |z - 1| while nothing touches; 0 where no window ends, (n,)
+    levels: NDArray[np.float64]  # of the contact, (n,)
     touches: NDArray[np.float64]  # position of the present touch, grid units, NaN at rest, (n, 2)
     # standard deviation of it, grid units, NaN where the bundle gives none, (n,)
     sigmas: NDArray[np.float64]
@@ -85,15 +88,18 @@ def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) ->
     windows: list[Window] = []
     last: list[int] = []
     idle: list[float] = []
+    contact, levels = ContactLevel(*frames.shape[1:]), np.zeros(len(frames))
     for number, frame in enumerate(frames):
         prepared = stage.step(frame)
+        if prepared.ready:
+            levels[number] = contact.step(prepared.image, prepared.idle)
         if prepared.ready and (window := stage.window()) is not None:
             windows.append(window)
             last.append(number)
             idle.append(prepared.idle)
     empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
     stacked = np.stack(windows) if windows else empty
-    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle))
+    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle), levels)
 
 
 def replay(
@@ -121,6 +127,7 @@ def replay(
     return Stream(
         truth,
         *spread(outputs, inputs, len(truth.t), len(bundle.labels)),
+        inputs.levels,
         touches,
         sigmas,
         tuple(fired),
@@ -138,9 +145,10 @@ def debounced_stream(
     ready, probabilities, idle = spread(outputs, inputs, len(truth.t), len(labels))
     nowhere = np.full((len(truth.t), 3), np.nan)
     means = smooth(probabilities, settings.weight(idle))
-    fired = fire(means, settings, truth.rate_hz, labels)
+    fired = fire(means, settings, truth.rate_hz, labels, inputs.levels)
     answers = tuple(Answer(float(truth.t[frame]), labels[kind]) for frame, kind in fired)
-    return Stream(truth, ready, probabilities, idle, nowhere[:, :2], nowhere[:, 2], answers)
+    places, sigmas = nowhere[:, :2], nowhere[:, 2]
+    return Stream(truth, ready, probabilities, idle, inputs.levels, places, sigmas, answers)
 
 
 def spread(

@@ -155,6 +155,50 @@ def test_a_gesture_that_another_waited_for_may_wait_itself_from_its_end_on() -> 
     assert [(i, label) for i, label in enumerate(steps) if label] == [(25 + 8, "pinch")]
 
 
+def leveled(
+    stream: list[int], levels: list[float], chosen: DebounceSettings, probability: float = 0.99
+) -> tuple[list[tuple[int, str]], list[str]]:
+    """(frame, label) of what fires at 40 Hz, and what is held after each frame."""
+    stage, found, held = Debouncer(LABELS, chosen, rate_hz=40.0), [], []
+    for frame, (label, level) in enumerate(zip(stream, levels, strict=True)):
+        if (one := stage.step(sure(label, probability), level=level)) is not None:
+            found.append((frame, one))
+        held.append(stage.held)
+    return found, held
+
+
+@pytest.mark.parametrize(("after", "expected"), [(0.1, [(13, "press")]), (0.9, [])])
+def test_a_touch_in_which_the_network_changes_its_mind_is_no_tap(
+    after: float, expected: list[tuple[int, str]]
+) -> None:
+    """An elbow looks like a finger at first; a finger that leaves takes its level with it."""
+    levels = [0.0] * 10 + [1.0] * 3 + [after] * 20
+    stream = [NULL] * 10 + [PRESS] * 3 + [NULL] * 20
+    assert leveled(stream, levels, replace(TAPS, lifted=0.5), 0.9)[0] == expected
+
+
+def test_a_slow_gesture_waits_until_it_is_sure_or_its_touch_ends() -> None:
+    slow = replace(TAPS, slow=("twist_cw",), slow_s=0.3)
+    turn = LABELS.index("twist_cw")
+    level = [0.0] * 10 + [1.0] * 30 + [0.0] * 10
+    long, _ = leveled([NULL] * 10 + [turn] * 30 + [NULL] * 10, level, slow)
+    assert long == [(10 + 11, "twist_cw")]  # in the frame in which 0.3 s are over
+    back, _ = leveled([NULL] * 10 + [turn] * 8 + [turn + 1] * 22 + [NULL] * 10, level, slow)
+    assert back == [(18, "twist_ccw")]
+    short, _ = leveled([NULL] * 10 + [turn] * 6 + [NULL] * 34, level[:16] + [0.0] * 34, slow)
+    assert short == [(16, "twist_cw")]
+
+
+def test_a_gesture_is_held_while_its_contact_lasts_and_another_may_begin_in_it() -> None:
+    stream = [NULL] * 10 + [PINCH] * 10 + [NULL] * 10 + [PRESS] * 10 + [NULL] * 20
+    levels = [0.0] * 10 + [1.0] * 20 + [1.8] * 10 + [1.0] * 10 + [0.1] * 10
+    found, held = leveled(stream, levels, TAPS)
+    assert found == [(10, "pinch"), (30, "press")]
+    assert held[10:30] == ["pinch"] * 20  # its fingers lie still
+    assert held[30:40] == ["press"] * 10
+    assert held[40:] == [""] * 20
+
+
 SHARE = st.floats(0.01, 1.0)
 
 
@@ -167,16 +211,22 @@ SHARE = st.floats(0.01, 1.0)
         least=st.sampled_from([2.0, 0.4, 0.7]), brief_s=st.sampled_from([0.0, 0.1, 0.3]),
         noise=st.sampled_from([0.0, 0.1]),
         patient=st.sampled_from([(), ("press",)]), awaited=st.sampled_from([(), ("pinch",)]),
-        patience_s=st.sampled_from([0.2, 0.5]),
+        patience_s=st.sampled_from([0.2, 0.5]), lifted=st.sampled_from([2.0, 0.5]),
+        slow=st.sampled_from([(), ("pinch", "twist_cw")]), slow_s=st.sampled_from([0.2, 0.5]),
     ),
     arrays.arrays(np.float64, 40, elements=st.floats(0.0, 0.2)),
+    arrays.arrays(np.float64, 40, elements=st.floats(0.0, 1.0)),
 )  # fmt: skip
 def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
-    weights: NDArray[np.float32], chosen: DebounceSettings, idle: NDArray[np.float64]
+    weights: NDArray[np.float32],
+    chosen: DebounceSettings,
+    idle: NDArray[np.float64],
+    levels: NDArray[np.float64],
 ) -> None:
     probabilities = (weights + 1e-3) / (weights + 1e-3).sum(axis=1, keepdims=True)
     stage = Debouncer(LABELS[:4], chosen)
-    seen = enumerate(zip(probabilities, idle, strict=True))
-    steps = [(frame, stage.step(newest, noise)) for frame, (newest, noise) in seen]
-    at_once = fire(smooth(probabilities, chosen.weight(idle)), chosen, labels=LABELS[:4])
+    seen = enumerate(zip(probabilities, idle, levels, strict=True))
+    steps = [(frame, stage.step(*newest)) for frame, newest in seen]
+    means = smooth(probabilities, chosen.weight(idle))
+    at_once = fire(means, chosen, labels=LABELS[:4], levels=levels)
     assert [(frame, LABELS[label]) for frame, label in at_once] == [s for s in steps if s[1]]

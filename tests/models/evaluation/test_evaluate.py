@@ -53,7 +53,7 @@ def drawn(
     known = GroundTruth(name, "somebody", t, label, tuple(events), contact, place, nobody)
     still, far = np.zeros(len(t)), np.full(len(t), np.nan)
     places = place.astype(np.float64)
-    return Stream(known, ~nobody, probabilities, still, places, far, tuple(answers))
+    return Stream(known, ~nobody, probabilities, still, still, places, far, tuple(answers))
 
 
 @settings(deadline=None)

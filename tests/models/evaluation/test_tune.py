@@ -55,17 +55,14 @@ def test_the_front_is_what_no_other_point_beats(points: list[Point]) -> None:
     assert [p.latency_s for p in edge] == sorted(p.latency_s for p in edge)
 
 
-def test_what_is_late_or_noisy_is_chosen_only_where_nothing_else_is_left() -> None:
+def test_what_is_late_is_chosen_only_where_nothing_else_is_left() -> None:
     fast = Point(DebounceSettings(1.0, 0.5, 0.1), 0.7, 0.70, 0.5, 0.2)
     good = Point(DebounceSettings(0.5, 0.8, 0.2), 0.99, 0.99, 0.01, 0.4)
     late = Point(DebounceSettings(0.2, 0.95, 0.2), 1.0, 1.0, 0.0, 0.6)
     points = [fast, good, late]
     assert choose(points, points, Goal(), 1000) == good
-    assert (
-        choose(points, points, Goal(alarms_per_min=0.001), 1000) == good
-    )  # fast enough, but not quiet
     assert choose(points, points, Goal(latest_s=1.0), 1000) == late
-    assert choose(points, points, Goal(latest_s=1.0, wait=1000.0, alarms_per_min=1.0), 1000) == fast
+    assert choose(points, points, Goal(latest_s=1.0, wait=1000.0), 1000) == fast
     assert choose(points, points, Goal(latest_s=0.1), 1000) == fast
 
 
@@ -95,8 +92,9 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         total, chosen = Score(), point.settings
         for stream in _streams():
             debouncer = Debouncer(LABELS, chosen)
-            steps = zip(stream.truth.t.tolist(), stream.probabilities, stream.idle, strict=True)
-            fired = [(t, debouncer.step(p, idle)) for t, p, idle in steps]
+            levels = stream.idle, stream.levels
+            steps = zip(stream.truth.t.tolist(), stream.probabilities, *levels, strict=True)
+            fired = [(t, debouncer.step(*newest)) for t, *newest in steps]
             answers = [Answer(t, label) for t, label in fired if label]
             total.add(judge(stream.truth.events, answers))
         assert point.recall == total.recall
