@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Any, Final
 
 from controller.bundles.bundle import Bundle
@@ -41,7 +41,7 @@ def fingerprint(bundle: Bundle) -> str:
         "settings": {
             one.name: _plain(getattr(bundle, one.name))
             for one in fields(bundle)
-            if one.name not in _NO_SETTINGS
+            if one.name not in _NO_SETTINGS and not _unset(bundle, one)
         },
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -50,6 +50,12 @@ def fingerprint(bundle: Bundle) -> str:
 def _numbers(head: Head) -> bytes:
     """Return the arrays of a head, one after the other."""
     return b"".join(array.tobytes() for array in head.arrays().values())
+
+
+def _unset(bundle: Bundle, one: Field[Any]) -> bool:
+    """Return whether a setting that is no table of settings has its default."""
+    value = getattr(bundle, one.name)
+    return bool(value == one.default) and not is_dataclass(value)
 
 
 def _plain(value: Any) -> Any:

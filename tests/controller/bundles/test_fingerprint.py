@@ -1,14 +1,18 @@
 """The fingerprint of a bundle: of its networks and settings, not of its file."""
 
 import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
 from controller.bundles.fingerprint import fingerprint
+from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, Rule
+from controller.recognition.user_id import Users
 
 SHIPPED = bundle.default_path()
 
@@ -47,6 +51,40 @@ def test_another_threshold_gate_mapping_or_head_changes_it(shipped: Bundle) -> N
         dataclasses.replace(shipped, head=dataclasses.replace(head, out_bias=head.out_bias + 1.0)),
     ]
     assert len({fingerprint(one) for one in (shipped, *others)}) == 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Later(Bundle):
+    """A bundle as a later program knows it."""
+
+    later: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class LaterDebounce(DebounceSettings):
+    later: tuple[str, ...] = ()
+
+
+def test_a_setting_that_a_later_program_knows_changes_it_only_where_it_is_set(
+    shipped: Bundle,
+) -> None:
+    def known(debounce: DebounceSettings, **own: Any) -> Later:
+        given = {one.name: getattr(shipped, one.name) for one in dataclasses.fields(Bundle)}
+        return Later(**given | {"debounce": debounce} | own)
+
+    plain = LaterDebounce(**dataclasses.asdict(shipped.debounce))
+    assert fingerprint(known(plain)) == fingerprint(shipped)
+    assert fingerprint(known(plain, later=1.1)) != fingerprint(shipped)
+    assert fingerprint(known(dataclasses.replace(plain, later=("press",)))) != fingerprint(shipped)
+
+
+def test_touch_strength_changes_it_only_where_it_is_set(shipped: Bundle) -> None:
+    light = dataclasses.replace(shipped, strength=1.2)
+    ada = dataclasses.replace(shipped, users=Users(("ada",)))
+    ours = dataclasses.replace(shipped, users=Users(("ada",), strengths={"ada": 1.2}))
+    plain = dataclasses.replace(shipped, strength=1.0)
+    assert fingerprint(plain) == fingerprint(shipped)
+    assert len({fingerprint(one) for one in (shipped, light, ada, ours)}) == 4
 
 
 def test_the_two_bundles_that_ship_have_two(shipped: Bundle) -> None:
