@@ -145,6 +145,11 @@ class Debouncer:
         kind = self._held or self._lasting
         return self.labels[kind] if kind != NULL else ""
 
+    @property
+    def lying(self) -> bool:
+        """Whether its touch is over, and its fingers stay."""
+        return self._held == NULL != self._lasting
+
     def step(
         self, probabilities: NDArray[np.floating], idle: float = 0.0, level: float = 0.0
     ) -> str | None:
@@ -251,6 +256,8 @@ class Debouncer:
 
         A pinch is over when its fingers have come together; they may stay.
         """
+        if self.settings.lifted > 1.0:  # the end of its touch is that of its contact
+            return
         if fired != NULL and fired == self._held:
             self._lasting, self._contact = fired, self._touch.copy()
         elif self._lasting != NULL:

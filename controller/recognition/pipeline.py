@@ -309,12 +309,14 @@ class Pipeline:
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
+        lay = self._debouncer.lying
         level = self._level.step(prepared.image, prepared.idle) if prepared.ready else 0.0
         gesture = self._debouncer.step(probabilities, prepared.idle / self.strength, level)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:
-            self._touch.step(prepared.image, prepared.idle, null=null, released=before and not held)
+            released, left = before and not held, lay and not held
+            self._touch.step(prepared.image, prepared.idle, null=null, released=released, left=left)
             image = self._touch.image()
             touch = None if image is None else self._networks.touch(image)
         if touch is not None and self._spread is not None:

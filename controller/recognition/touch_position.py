@@ -21,6 +21,7 @@ from controller.shared.aliases import Change, State
 _LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arrives
 _BEFORE_S: Final = 0.3  # untouched images before that
 _FEWEST: Final = 4  # of these
+_TOUCH_S: Final = 0.3  # of a touch: where a finger slides later, it does not move the place
 _RISING_S: Final = 0.09  # after a touch, in which its finger rises: another's residue is none of it
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
@@ -91,6 +92,7 @@ class TouchImage:
         self._skip = 0  # further images that a rising finger is in
         before = max(_FEWEST, round(_BEFORE_S * rate_hz))
         self._untouched: deque[Change] = deque(maxlen=self._lead + before)  # since the last touch
+        self._most = max(_FEWEST, round(_TOUCH_S * rate_hz))
         self._signals: deque[Change] = deque(maxlen=frames)  # of the present touch
         self._gap: list[Change] = []  # those since the last gesture frame
         self._left: Change = np.zeros(self._shape)  # residue before the touch
@@ -99,7 +101,15 @@ class TouchImage:
         self._residue = 0.0  # variance of the residue before the touch
         self.blur = 0.0
 
-    def step(self, image: Image, idle: float, *, null: bool, released: bool = False) -> None:
+    def step(
+        self,
+        image: Image,
+        idle: float,
+        *,
+        null: bool,
+        released: bool = False,
+        left: bool = False,
+    ) -> None:
         """Take the next image.
 
         Args:
@@ -107,16 +117,18 @@ class TouchImage:
             idle: Mean of |z - 1| while nothing touches.
             null: The label is "null".
             released: The held gesture has ended: the next image begins another touch.
+            left: Fingers that stayed after their touch have left: they are no residue.
         """
         signal = image.astype(np.float64) - 1.0
         if null:
-            self._rest(signal, released=released)
+            self._rest(signal, released=released, left=left)
             return
         if not self._touched:
             self._begin(idle)
-        self._signals.extend(between - self._left for between in self._gap)
+        for newest in (*self._gap, signal):
+            if len(self._signals) < self._most:
+                self._signals.append(newest - self._left)
         self._gap.clear()
-        self._signals.append(signal - self._left)
 
     def image(self) -> Image | None:
         """Return the image of the present touch, z, (rows, columns); None while there is none."""
@@ -159,10 +171,10 @@ class TouchImage:
         self._noise, self._residue = state["noise"].tolist()
         self._skip = int(state["skip"][0])
 
-    def _rest(self, signal: Change, *, released: bool) -> None:
+    def _rest(self, signal: Change, *, released: bool, left: bool) -> None:
         """Take an image, (rows, columns), without a gesture; several of them end the touch."""
         if not self._touched:
-            if released:  # its fingers lay there until now: they are no residue
+            if left:
                 self._untouched.clear()
                 self._skip = self._rising
             if self._skip:

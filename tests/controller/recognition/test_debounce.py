@@ -192,11 +192,12 @@ def test_a_slow_gesture_waits_until_it_is_sure_or_its_touch_ends() -> None:
 def test_a_gesture_is_held_while_its_contact_lasts_and_another_may_begin_in_it() -> None:
     stream = [NULL] * 10 + [PINCH] * 10 + [NULL] * 10 + [PRESS] * 10 + [NULL] * 20
     levels = [0.0] * 10 + [1.0] * 20 + [1.8] * 10 + [1.0] * 10 + [0.1] * 10
-    found, held = leveled(stream, levels, TAPS)
+    found, held = leveled(stream, levels, replace(TAPS, lifted=0.5))
     assert found == [(10, "pinch"), (30, "press")]
     assert held[10:30] == ["pinch"] * 20  # its fingers lie still
     assert held[30:40] == ["press"] * 10
     assert held[40:] == [""] * 20
+    assert not any(leveled(stream, levels, TAPS)[1][11 + 10 : 30])  # any end of a touch is one
 
 
 SHARE = st.floats(0.01, 1.0)
