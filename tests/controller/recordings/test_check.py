@@ -50,11 +50,11 @@ def test_seconds_and_events_are_counted_per_class_and_labeller() -> None:
         ("dead:2,3", "taxel row 2, column 3: dead"),
         ("dead:0,0", "taxel row 0, column 0: dead"),
         ("leaky:1,1", "taxel row 1, column 1: noisy"),
-        ("open_row:1", "row 1: 1.4 pF where the others read 38; a lead is off"),
-        ("open_column:4", "column 4: 1 pF where the others read 41"),
+        ("open_row:1", "row 1: 1 pF where the others read 37; a lead is off"),
+        ("open_column:4", "column 4: 1 pF where the others read 37"),
         ("short_row:1", "rows 1 and 2: equal readings"),
         ("short_column:3", "columns 3 and 4: equal readings"),
-        ("saturation", "saturated, at 29.88 pF"),
+        ("saturation", "saturated, at 28.83 pF"),
     ],
 )
 def test_what_is_broken_is_said(fault: str, sentence: str) -> None:
