@@ -37,7 +37,7 @@ TINY: Final = 1e-12  # smaller weights are set to 0: subnormal ones make inferen
 OPSET: Final = 17
 IR_VERSION: Final = 8
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
-GOLDEN: Final = 64  # golden vectors of each network in a bundle
+GOLDEN: Final = 4  # golden vectors of each network in a bundle
 
 Values = NDArray[np.float32]  # (n, ...)
 Operator = tuple[str, dict[str, Values | NDArray[np.int64]], dict[str, Any]]

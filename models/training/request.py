@@ -40,7 +40,8 @@ class Request:
     )
     recipe: str = _option(
         "default",
-        "the best we know, or the paper's section 4.2 to the letter (default: default)",
+        "the best we know, the same for sessions with many touches that are no gestures, as the "
+        "bundle that ships, or the paper's section 4.2 to the letter (default: default)",
         choices=tuple(RECIPES),
     )
     labels: Choice = "auto"  # this and the next three are options of `models.cli._options.SHARED`

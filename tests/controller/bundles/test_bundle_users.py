@@ -52,7 +52,7 @@ def test_networks_that_answer_differently_or_are_of_another_shape_are_refused(pa
     people = dataclasses.replace(read.golden, people=read.golden.people + np.float32(2e-4))
     for changes, complaint in (
         ({"golden": people}, "user network answers differently"),
-        ({"user_onnx": read.embedding_onnx}, r"user network makes \(64,\) of \(10, 5, 5\)"),
+        ({"user_onnx": read.embedding_onnx}, r"user network makes \(96,\) of \(10, 5, 5\)"),
     ):
         changed = dataclasses.replace(read, **changes)
         with pytest.raises(BundleError, match=complaint):

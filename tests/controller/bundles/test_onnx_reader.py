@@ -33,7 +33,7 @@ def test_the_shipped_networks_are_chains_of_well_known_operators() -> None:
     assert gesture.nodes[-1].op == "Relu"
     assert {node.op for node in gesture.nodes} <= set(onnx_reader.OPERATORS)
     sizes = onnx_shapes.sizes(gesture)
-    assert sizes.shapes[gesture.output] == (1, 64)
+    assert sizes.shapes[gesture.output] == (1, 96)
 
 
 def test_shapes_and_multiplications_are_those_of_the_convolution_arithmetic() -> None:

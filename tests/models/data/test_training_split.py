@@ -23,7 +23,7 @@ pytestmark = pytest.mark.train
 def data(tmp_path_factory: pytest.TempPathFactory) -> load.Data:
     """Two users, three sessions each."""
     folder = tmp_path_factory.mktemp("data")
-    made = DataSet(minutes=0.5)
+    made = DataSet(minutes=1.0)
     for user in range(2):
         for number in range(3):
             name = f"sub-0{user}_ses-0{number}_run-01.npz"

@@ -21,7 +21,7 @@ NETWORKS = replay.Batched(SHIPPED)
 
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
-    take = played(preset, seed=1, minutes=1.5)
+    take = played(preset, seed=1)
     out = replay.run(SHIPPED, NETWORKS, take, GroundTruth.of(take, LABELS, "it"))
     pipeline = Pipeline(SHIPPED.settings, Recognizer(SHIPPED), SHIPPED.mapping)
     steps = [pipeline.step(frame, float(t)) for frame, t in zip(take.frames, take.t, strict=True)]
@@ -34,7 +34,7 @@ def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) 
 
 
 def test_without_places_the_answers_are_the_same() -> None:
-    recording = played("nominal", seed=1, minutes=1.5)
+    recording = played("nominal", seed=1)
     known = GroundTruth.of(recording, LABELS, "it")
     whole = replay.run(SHIPPED, NETWORKS, recording, known)
     inputs = replay.network_inputs(recording.frames, SHIPPED.preprocess)

@@ -51,7 +51,7 @@ def test_the_part_holds_embeddings_and_an_image_of_each_gesture() -> None:
     part = export.rehearsal(model, data, data.ends, 5, 0)
     assert part == export.rehearsal(model, data, data.ends, 5, 0)
     arrays = npz.unpack(part, container.MAX_BYTES)
-    assert arrays["embedding"].shape == (len(arrays["touch"]), 64)
+    assert arrays["embedding"].shape == (len(arrays["touch"]), 96)
     assert arrays["embedding"].max() == 255
     assert (arrays["firmest"][0] == UNTOUCHED).all()
     press = np.abs(arrays["firmest"][1].astype(int) - UNTOUCHED)
