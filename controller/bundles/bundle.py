@@ -224,7 +224,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     located, identified = bool(parts[LOCATION]), bool(parts.get(USER))
     try:
         plain = _settings(table)
-        waiting = (*plain.debounce.patient, *plain.debounce.awaited)
+        waiting = (*plain.debounce.patient, *plain.debounce.awaited, *plain.debounce.slow)
         if odd := [label for label in waiting if label not in plain.labels[1:]]:
             raise BundleError(f"lets a gesture {odd[0]!r} wait that it does not have")
         if not isinstance(rules := table.get("mapping"), dict):

@@ -11,7 +11,7 @@ import numpy as np
 from controller.diagnostics.report import Row, fault
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.inversion import picofarads
+from controller.sensors.hardware.inversion import Inversion
 from controller.sensors.hardware.scanner import Scanner
 from controller.sensors.hardware.wiring import CHANNELS
 from controller.shared.aliases import Array
@@ -88,7 +88,10 @@ class Measurements:
         self.scan_s = (board.clock() - began_s) / SCAN_COUNT
         self.shares = np.array([scan.counts for scan in scans]) * self.step
         self.picofarads = np.array(
-            [picofarads(self.wiring, scan.counts, scan.age_s, dark, full) for scan in scans]
+            [
+                Inversion(self.wiring, full).picofarads(scan.counts, scan.age_s, dark)
+                for scan in scans
+            ]
         )
 
     def time_constants_s(self) -> Array:

@@ -169,9 +169,8 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
-        self._levels = np.append(self._levels[1:], level)
-        fired = self._decide(self._mean)
-        self._last(fired)
+        fired = self._decide(self._mean, level)
+        self._follow_contact(fired)
         return self.labels[fired] if fired != NULL else None
 
     def state(self) -> State:
@@ -195,14 +194,15 @@ class Debouncer:
         self._held = int(state["held"][0])
         self._sum, self._peak = state["sum"].copy(), state["peak"].copy()
         self._frames, self._here = int(state["frames"][0]), bool(state["here"][0])
-        self._levels, lasting = state["levels"].copy(), state["lasting"]
+        self._levels, lasting = state["levels"].copy(), state["lasting"].copy()
         self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:3], lasting[3:]
         self.tapped = float(state["tapped"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
-    def _decide(self, mean: NDArray[np.float64]) -> int:
+    def _decide(self, mean: NDArray[np.float64], level: float) -> int:
         """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
+        self._levels = np.append(self._levels[1:], level)
         self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
         found = self._in_touch(mean) if touched else self._end()
@@ -251,7 +251,7 @@ class Debouncer:
         self._queue.pop(0)
         return kind
 
-    def _last(self, fired: int) -> None:
+    def _follow_contact(self, fired: int) -> None:
         """Keep the gesture that fired while its contact lasts, which may be longer than its touch.
 
         A pinch is over when its fingers have come together; they may stay.
@@ -328,12 +328,9 @@ def fire(
     levels = np.zeros(len(means)) if levels is None else levels
     if settings.patient:
         stage = Debouncer(labels, settings, rate_hz)
-        found = []
-        for number, (mean, level) in enumerate(zip(means, levels.tolist(), strict=True)):
-            stage._levels = np.append(stage._levels[1:], level)
-            if (kind := stage._decide(mean)) != NULL:
-                found.append((number, kind))
-        return found
+        frames = enumerate(zip(means, levels.tolist(), strict=True))
+        steps = ((number, stage._decide(mean, level)) for number, (mean, level) in frames)
+        return [(number, kind) for number, kind in steps if kind != NULL]
     gestures = means[:, NULL + 1 :]
     touched = np.concatenate([[False], 1.0 - means[:, NULL] >= settings.off, [False]])
     begins, ends = np.flatnonzero(np.diff(touched.astype(np.int8))).reshape(-1, 2).T

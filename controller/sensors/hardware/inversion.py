@@ -61,11 +61,6 @@ class Inversion:
         return np.asarray(self._row_pf / (1.0 - np.clip(sums, 0.0, _FULLEST))[:, None])
 
 
-def picofarads(wiring: Wiring, counts: Array, age_s: Array, dark: Array, full: int) -> Array:
-    """Return a single frame's capacitances; arguments as of `Inversion`."""
-    return Inversion(wiring, full).picofarads(counts, age_s, dark)
-
-
 class _Sums:
     """The rows' sums, quieter than they come."""
 

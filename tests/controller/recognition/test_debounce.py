@@ -62,13 +62,22 @@ def test_between_two_gestures_there_is_always_rest(stream: list[int]) -> None:
 @given(st.lists(st.integers(0, len(LABELS) - 1), min_size=2, max_size=60), st.data())
 def test_a_restored_debouncer_continues_exactly(stream: list[int], data: st.DataObject) -> None:
     cut = data.draw(st.integers(0, len(stream)))
-    whole, before, after = (Debouncer(LABELS, DebounceSettings()) for _ in range(3))
-    expected = [whole.step(sure(label)) for label in stream]
-    for label in stream[:cut]:
-        before.step(sure(label))
-    after.restore(before.state())
+    chosen = DebounceSettings(lifted=0.5, slow=("twist_cw",), slow_s=0.3)
+    whole, before, after = (Debouncer(LABELS, chosen) for _ in range(3))
+
+    def play(stage: Debouncer, labels: list[int]) -> list[tuple[str | None, str]]:
+        steps = (stage.step(sure(label), level=float(label % 3)) for label in labels)
+        return [(fired, stage.held) for fired in steps]
+
+    expected = play(whole, stream)
+    play(before, stream[:cut])
+    state = before.state()
+    kept = {name: array.copy() for name, array in state.items()}
+    after.restore(state)
     assert after.held == before.held
-    assert [after.step(sure(label)) for label in stream[cut:]] == expected[cut:]
+    assert play(after, stream[cut:]) == expected[cut:]
+    for name, array in kept.items():  # the state that was given stays as it is
+        np.testing.assert_array_equal(state[name], array)
 
 
 @pytest.mark.parametrize(("idle", "frames"), [(0.0, 1), (0.1, 3), (0.3, 6)])
