@@ -133,10 +133,11 @@ class Debouncer:
         self._queue: list[tuple[int, int]] = []  # classes that wait, and for how many frames
         self._here = False  # the last of them is of the present touch
         self._slow = [self.labels.index(one) for one in settings.slow]
-        self._levels = np.zeros(max(1, round(_BEFORE_S * rate_hz)))  # of the contact, newest last
-        self._touch = np.zeros(2)  # levels of the present touch: before it, and the highest
+        # Levels of the contact, newest last: whole, and uneven.
+        self._levels = np.zeros((max(1, round(_BEFORE_S * rate_hz)), 2))
+        self._touch = np.zeros((2, 2))  # those before the present touch, and the highest in it
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
-        self._contact = np.zeros(2)  # levels of that contact: before it, and the highest
+        self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
         self.tapped = 0.0
 
     @property
@@ -151,7 +152,11 @@ class Debouncer:
         return self._held == NULL != self._lasting
 
     def step(
-        self, probabilities: NDArray[np.floating], idle: float = 0.0, level: float = 0.0
+        self,
+        probabilities: NDArray[np.floating],
+        idle: float = 0.0,
+        level: float = 0.0,
+        uneven: float | None = None,
     ) -> str | None:
         """Take the newest probabilities, (classes,); return the gesture that fires, if any.
 
@@ -159,6 +164,7 @@ class Debouncer:
             probabilities: Of the labels, (classes,).
             idle: Mean of |z - 1| while nothing touches.
             level: Of the contact (`touch_position.ContactLevel`); 0 throughout: unknown.
+            uneven: Its level without what all taxels have in common; None: the same.
 
         Raises:
             ValueError: There are more or fewer probabilities than labels.
@@ -169,7 +175,7 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
-        fired = self._decide(self._mean, level)
+        fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
         return self.labels[fired] if fired != NULL else None
 
@@ -184,7 +190,7 @@ class Debouncer:
             "queue": np.array(self._queue, dtype=np.float64).reshape(-1, 2),
             "here": np.array([self._here], dtype=np.float64),
             "levels": self._levels.copy(),
-            "lasting": np.array([self._lasting, *self._touch, *self._contact]),
+            "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
         }
 
@@ -195,14 +201,15 @@ class Debouncer:
         self._sum, self._peak = state["sum"].copy(), state["peak"].copy()
         self._frames, self._here = int(state["frames"][0]), bool(state["here"][0])
         self._levels, lasting = state["levels"].copy(), state["lasting"].copy()
-        self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:3], lasting[3:]
+        self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:5], lasting[5:]
+        self._touch = self._touch.reshape(2, 2)
         self.tapped = float(state["tapped"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
-    def _decide(self, mean: NDArray[np.float64], level: float) -> int:
+    def _decide(self, mean: NDArray[np.float64], level: float, uneven: float) -> int:
         """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
-        self._levels = np.append(self._levels[1:], level)
+        self._levels = np.vstack([self._levels[1:], (level, uneven)])
         self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
         found = self._in_touch(mean) if touched else self._end()
@@ -213,11 +220,11 @@ class Debouncer:
         if self._held != NULL:
             return NULL
         if self._frames == 0:
-            self._touch = np.array([self._levels.min(), self._levels[-1]])
+            self._touch = np.stack([self._levels.min(axis=0), self._levels[-1]])
         self._frames += 1
         self._sum += mean
         np.maximum(self._peak, mean, out=self._peak)
-        self._touch[1] = max(self._touch[1], self._levels[-1])
+        self._touch[1] = np.maximum(self._touch[1], self._levels[-1])
         if self._slow and self._frames / self._rate_hz < self.settings.slow_s:
             mean = mean.copy()
             mean[self._slow] = 0.0
@@ -259,11 +266,12 @@ class Debouncer:
         if self.settings.lifted > 1.0:  # the end of its touch is that of its contact
             return
         if fired != NULL and fired == self._held:
-            self._lasting, self._contact = fired, self._touch.copy()
+            self._lasting, self._contact = fired, self._touch[:, 1].copy()
         elif self._lasting != NULL:
-            low, high = self._contact[0], max(self._contact[1], self._levels[-1])
+            level = self._levels[-1, 1]
+            low, high = self._contact[0], max(self._contact[1], level)
             self._contact[1] = high
-            if self._levels[-1] - low <= _HOLDING * (high - low):
+            if level - low <= _HOLDING * (high - low):
                 self._lasting = NULL
 
     def _needed(self) -> float:
@@ -277,14 +285,14 @@ class Debouncer:
     def _end(self) -> int:
         """End a touch, if there is one; return the class that it was after all, or NULL."""
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
-        low, high = self._touch
+        low, high = self._touch[:, 0]
         lifted = self.settings.lifted
         enough = (
             self._held == NULL
             and not self._here
             and self._peak[best] >= self.settings.least
             and self._sum[best] / self._rate_hz >= self.settings.brief_s
-            and (lifted > 1.0 or self._levels[-1] - low <= lifted * (high - low))
+            and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
         )
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0
@@ -329,7 +337,7 @@ def fire(
     if settings.patient:
         stage = Debouncer(labels, settings, rate_hz)
         frames = enumerate(zip(means, levels.tolist(), strict=True))
-        steps = ((number, stage._decide(mean, level)) for number, (mean, level) in frames)
+        steps = ((number, stage._decide(mean, level, level)) for number, (mean, level) in frames)
         return [(number, kind) for number, kind in steps if kind != NULL]
     gestures = means[:, NULL + 1 :]
     touched = np.concatenate([[False], 1.0 - means[:, NULL] >= settings.off, [False]])

@@ -311,7 +311,8 @@ class Pipeline:
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
         lay = self._debouncer.lying
         level = self._level.step(prepared.image, prepared.idle) if prepared.ready else 0.0
-        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength, level)
+        uneven = self._level.uneven
+        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength, level, uneven)
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:

@@ -56,16 +56,22 @@ class ContactLevel:
     """Strength of the contact: the norm of the smoothed deviation above its noise.
 
     Source: the deviation of n taxels with noise of variance v has the mean square signal² + n v.
+
+    Attributes:
+        uneven: The same without what all taxels have in common, as a change of pressure.
     """
 
     def __init__(self, rows: int, columns: int) -> None:
         """Begin without a contact, for images of (rows, columns)."""
         self._mean: Change = np.zeros((rows, columns))
+        self.uneven = 0.0
 
     def step(self, image: Image, idle: float) -> float:
         """Return the level after the next image, z, (rows, columns); `idle` as in `TouchImage`."""
         self._mean = self._mean + _NEWEST * (image.astype(np.float64) - 1.0 - self._mean)
         noise = self._mean.size * (_TO_SIGMA * idle) ** 2 * _NEWEST / (2.0 - _NEWEST)
+        uneven = self._mean - np.median(self._mean)
+        self.uneven = math.sqrt(max(0.0, float((uneven * uneven).sum()) - noise))
         return math.sqrt(max(0.0, float((self._mean * self._mean).sum()) - noise))
 
     def state(self) -> State:

@@ -209,6 +209,17 @@ def test_a_gesture_is_held_while_its_contact_lasts_and_another_may_begin_in_it()
     assert not any(leveled(stream, levels, TAPS)[1][11 + 10 : 30])  # any end of a touch is one
 
 
+def test_pressure_that_changed_meanwhile_does_not_hold_a_gesture() -> None:
+    """All taxels moved alike while a finger pressed: the level stays when it has left."""
+    stage, held = Debouncer(LABELS, replace(TAPS, lifted=0.5), rate_hz=40.0), []
+    for label, level, uneven in (
+        [(NULL, 0.0, 0.0)] * 10 + [(PRESS, 1.0, 0.8)] * 9 + [(NULL, 0.5, 0.0)] * 5
+    ):
+        stage.step(sure(label, 0.99), level=level, uneven=uneven)
+        held.append(stage.held)
+    assert held == [""] * 10 + ["press"] * 9 + [""] * 5
+
+
 SHARE = st.floats(0.01, 1.0)
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.recognition.images.frames import Image
-from controller.recognition.touch_position import PositionSpread, TouchImage
+from controller.recognition.touch_position import ContactLevel, PositionSpread, TouchImage
 
 QUIET = np.ones((5, 5), dtype=np.float32)
 
@@ -105,6 +105,17 @@ def test_what_the_rubber_remembers_is_taken_away() -> None:
         touch.step(finger(3) + finger(0, 0.03) - QUIET, 0.0, null=False)
     assert seen(touch)[2, 0] == pytest.approx(1.0, abs=1e-6)
     assert seen(touch)[2, 3] == pytest.approx(1.2, abs=1e-2)
+
+
+def test_pressure_moves_the_level_of_a_contact_and_not_the_uneven_one() -> None:
+    contact = ContactLevel(5, 5)
+    for _ in range(20):
+        level = contact.step(QUIET * np.float32(0.9), 0.0)
+    assert level == pytest.approx(0.1 * 5, abs=1e-3)
+    assert contact.uneven == pytest.approx(0.0, abs=1e-6)
+    for _ in range(20):
+        contact.step(finger(1) - np.float32(0.1), 0.0)
+    assert contact.uneven > 0.15
 
 
 def test_fingers_that_lay_there_until_now_are_no_residue() -> None:
