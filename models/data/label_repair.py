@@ -1,8 +1,8 @@
-"""Label repair: estimate a labeller's delay, and move labels to the touches.
+"""Label repair: estimate a labeller's delay, and move the edges of labels to the touches.
 
 A person presses the label button (or a key, or follows a cue) too late, lets go too late, forgets.
-The label belongs where the sensor's response rises and falls. Frames too close to such an edge
-could be either, and are masked.
+A label begins where the sensor's response first rises and ends where it last falls. Frames too
+close to such an edge could be either, and are masked.
 """
 
 from dataclasses import dataclass, replace
@@ -26,10 +26,11 @@ ENDED: Final = 0.35
 EARLY_S: Final = 0.04
 AMBIGUOUS_S: Final = 0.05  # from an edge: closer than this a frame may be either
 NOISY: Final = 0.15  # noise over strength, from which on it may be twice as far
-REACH_S: Final = 1.0  # a label may be so far off its touch
-WEAK: Final = 0.2  # of what its label usually shows: less is no touch
+REACH_S: Final = 1.0  # a label may be so far off its touch; farther, it is meant
+WEAK: Final = 0.1  # of what its label usually shows, or its clearest touch: less is no touch
 FAINT: Final = 0.35  # noise over strength: more is none either; presses on paper-snr have 0.3
 UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
+SMOOTH_S: Final = 0.1  # of the response: a tenth of a second is a frame of the paper's orb
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
 
@@ -58,8 +59,8 @@ class _Label:
 def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     """Return labels (n,) moved to where the touches were, -1 if unclear, and how late they were.
 
-    The frames of each label show its gesture's image, and the frames around them with such an
-    image are the gesture.
+    Edges move by at most `REACH_S`; what lies inside a label stays, however many touches it has.
+    Labels are as given if no touch is felt under any, or if each frame has a gesture.
     """
     given = column(recording, labeller)
     response, t = respond(recording), recording.t
@@ -72,31 +73,40 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
         lags = float(np.median(begins)), float(np.median(ends))
         labels = _search(t, response, labels, lags)
         begins, ends = _lags(t, labels)
+    late = Lateness(
+        _median(begins),
+        _median(ends),
+        len(begins),
+        unfelt=len(labels) - len(begins),
+        named=int((used > 0).sum()),
+    )
+    if (labels and not begins) or bool((given > 0).all()):
+        return given, late
     label = np.where(given > 0, 0, given).astype(np.int16)  # as if nothing had touched it
-    masked, named = np.zeros(len(t), dtype=np.bool_), np.zeros(len(t), dtype=np.bool_)
+    unclear, named = np.zeros(len(t), dtype=np.bool_), np.zeros(len(t), dtype=np.bool_)
     for one in labels:
         named[one.first : one.end] = True
         if (found := one.found) is None:
-            masked[one.first : one.end] = True  # without a response it could be anything
+            label[one.first : one.end] = UNKNOWN  # without a response it could be anything
             continue
         named[found.first : found.end] = True
         label[(t >= found.begin_s) & (t < found.end_s)] = one.name
         unclear_s = AMBIGUOUS_S * (2.0 if found.noise > NOISY else 1.0)
         for edge_s in (found.begin_s, found.end_s):
-            masked |= np.abs(t - edge_s) < unclear_s
-    label[masked] = UNKNOWN
+            unclear |= np.abs(t - edge_s) < unclear_s
+    changed = int(((used > 0) & (label != given)).sum())
+    label[unclear] = UNKNOWN
     runs = np.diff(np.flatnonzero(np.diff(response.touched & ~named, prepend=False, append=False)))
     touched = [one for one in labels if one.found is not None]
     counts: dict[str, Any] = {
         "moved": sum(
             (f.first, f.end) != (one.first, one.end) for one in touched if (f := one.found)
         ),
-        "masked": int(masked.sum()),
-        "unfelt": len(labels) - len(touched),
+        "masked": int(((label == UNKNOWN) & (given != UNKNOWN)).sum()),
         "unlabelled": int((runs[::2] >= UNNAMED).sum()),
+        "changed": changed,
     }
-    counts |= _true_lags(recording, given, label, labels)
-    return label, Lateness(_median(begins), _median(ends), len(begins), **counts)
+    return label, replace(late, **counts, **_true_lags(recording, given, label, labels))
 
 
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
@@ -113,7 +123,7 @@ def _search(
 
     Times are of each frame, (n,); `lags` is the usual lateness of begins and ends, seconds.
     """
-    change = response.change.reshape(len(t), -1).astype(np.float64)
+    change = _smooth(response.change.reshape(len(t), -1).astype(np.float64), t)
     idle = change[response.idle]
     begin = [t[one.first] - lags[0] for one in labels]
     end = [max(t[one.end - 1] - lags[1], b) for one, b in zip(labels, begin, strict=True)]
@@ -121,11 +131,13 @@ def _search(
     for i, one in enumerate(labels):
         # No farther than half way to the labels before and after it.
         low_s = max(begin[i] - REACH_S, (end[i - 1] + begin[i]) / 2 if i else -np.inf)
-        last = i + 1 == len(labels)
-        high_s = min(end[i] + REACH_S, np.inf if last else (end[i] + begin[i + 1]) / 2)
+        final = i + 1 == len(labels)
+        high_s = min(end[i] + REACH_S, np.inf if final else (end[i] + begin[i + 1]) / 2)
         low, high = np.searchsorted(t, (low_s, high_s)).tolist()
-        inner = np.searchsorted(t, (begin[i] - 1e-9, end[i] + 1e-9)) - low
-        found = _made(t[low:high], change[low:high], inner.tolist(), idle, low)
+        first, last = (np.searchsorted(t, (begin[i] - 1e-9, end[i] + 1e-9)) - low).tolist()
+        found = _found(t[low:high], change[low:high], (first, last), idle)
+        if found is not None:
+            found = replace(found, first=low + found.first, end=low + found.end)
         made.append(replace(one, found=found))
     strengths: dict[int, list[float]] = {}
     for one in made:
@@ -136,36 +148,92 @@ def _search(
     return [replace(one, found=None) if out else one for one, out in zip(made, weak, strict=True)]
 
 
-def _made(
+def _smooth(change: NDArray[np.float64], t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return changes, (n, taxels), averaged over an odd number of frames, by times (n,)."""
+    side = int(SMOOTH_S / 2.0 / float(np.median(np.diff(t)))) if len(t) > 1 else 0
+    padded = np.pad(change, ((side + 1, side), (0, 0)), mode="edge")
+    total = np.cumsum(padded, axis=0)
+    return (total[2 * side + 1 :] - total[: -2 * side - 1]) / (2 * side + 1)
+
+
+def _found(
     t: NDArray[np.float64],
     change: NDArray[np.float64],
-    inner: list[int],
+    inner: tuple[int, int],
     idle: NDArray[np.float64],
-    offset: int,
 ) -> Found | None:
-    """Return the gesture in some frames, times (n,) and taxels (n, taxels); None if there is none.
+    """Return the gesture of a label, from its first touch to its last; None if none is felt.
 
-    `inner` is its first frame and the one after its last, as thought; nothing touches in `idle`,
-    (m, taxels); `offset` is the number of the first frame.
+    Args:
+        t: Times of the frames around the label, (n,), seconds.
+        change: Change of each taxel, (n, taxels).
+        inner: The label's first frame and the one after its last, as thought.
+        idle: Change while nothing touches, (m, taxels).
     """
-    first, end = max(0, inner[0]), min(len(t), inner[1])
+    low, high = max(0, inner[0]), min(len(t), inner[1])
+    if high <= low:
+        return None
+    if (found := _touch(t, change, (low, high), (0, len(t)), idle, 1)) is None:
+        return None
+    # What stays of a touch begins where the touch ends, and is weaker than its end.
+    apart, beside = WEAK * found.strength, ENDED * found.strength
+    place = found.end
+    while more := _touch(t[place:], change[place:], *[(0, high - place)] * 2, idle, 2):
+        if more.strength > (apart if more.first else beside):
+            found = replace(found, end=place + more.end, end_s=more.end_s)
+        place += more.end
+    place = found.first
+    while more := _touch(t[:place], change[:place], *[(low, place)] * 2, idle, 2):
+        if more.strength > (apart if more.end < place else beside):
+            found = replace(found, first=more.first, begin_s=more.begin_s)
+        place = more.first
+    if found.begin_s > (begin_s := float(t[low])) + REACH_S:
+        found = replace(found, first=low, begin_s=begin_s)
+    if found.end_s < (end_s := float(t[high - 1])) - REACH_S:
+        found = replace(found, end=high, end_s=end_s)
+    return found
+
+
+def _touch(
+    t: NDArray[np.float64],
+    change: NDArray[np.float64],
+    label: tuple[int, int],
+    within: tuple[int, int],
+    idle: NDArray[np.float64],
+    shortest: int,
+) -> Found | None:
+    """Return the clearest touch that some frames of a `label` show; None if there is none.
+
+    It begins or ends `within` some frames, and has `shortest` of them; one alone may be noise.
+    Other arguments are as in `_found`.
+    """
+    size, (first, end), (low, high) = np.square(change).sum(axis=1), label, within
     for _ in range(ROUNDS):
-        if end <= first:
+        if end - first < shortest:
             return None
         looks = change[first:end].mean(axis=0)
         alike = change @ looks
-        level = float(np.quantile(alike[first:end], 0.75))
-        if level <= 0.0:
+        if end - first > 1:  # without itself: a frame of noise is like a mean that holds it
+            alike[first:end] += (alike[first:end] - size[first:end]) / (end - first - 1)
+        made = np.maximum(alike[first:end], 0.0)
+        if not made.any():
             return None
+        level = max(float(np.square(made).sum() / made.sum()), float(np.quantile(made, 0.75)))
         share = alike / level
-        first, end = _most(share - MADE)
-    strength = float(np.linalg.norm(change[first:end].mean(axis=0)))
+        first, end = (low + place for place in _most(share[low:high] - MADE))
+        while first > 0 and share[first - 1] > MADE:
+            first -= 1
+        while end < len(t) and share[end] > MADE:
+            end += 1
+    clear = change[first:end][share[first:end] > MADE]
+    if not len(clear):
+        return None
+    strength = float(np.linalg.norm(clear.mean(axis=0)))
     noise = float((idle @ looks).std()) / level if len(idle) else 0.0
     if noise > FAINT:
         return None
     begin_s = _edge(t, share, first - 1, BEGUN) - EARLY_S
-    end_s = _edge(t, share, end - 1, ENDED)
-    return Found(offset + first, offset + end, begin_s, end_s, strength, noise)
+    return Found(first, end, begin_s, _edge(t, share, end - 1, ENDED), strength, noise)
 
 
 def _most(gain: NDArray[np.float64]) -> tuple[int, int]:

@@ -117,6 +117,10 @@ class _LeftOutError(ValueError):
     """A recording is not learned from; the message is the reason."""
 
 
+class _UnfeltError(_LeftOutError):
+    """No label of a recording has a touch."""
+
+
 @dataclass(slots=True)
 class _Reader:
     """Reads recordings as training uses them, and collects the facts on them."""
@@ -134,15 +138,37 @@ class _Reader:
 
     def sources(self, say: Say) -> Iterator[Source]:
         """Yield each recording as training uses it; the others are noted with the reason."""
+        unfelt: list[tuple[int, str]] = []
         for number, survey in enumerate(self.recordings.surveys, 1):
             try:
                 source = self._source(survey, self.recordings[number - 1])
+            except _UnfeltError as why:
+                unfelt.append((number - 1, str(why)))
+                continue
             except (_LeftOutError, RecordingError) as why:
                 self.notes.append(f"{survey.path} is left out: {why}")
                 continue
             if number % 20 == 0:
                 say(f"read {number} of {len(self.recordings)} recordings")
             yield source
+        repairable = bool(self.rows)
+        for number, reason in unfelt:
+            survey = self.recordings.surveys[number]
+            if repairable:
+                self.notes.append(f"{survey.path} is left out: {reason}")
+            else:
+                self.notes.append(f"{survey.path} is used with its labels as given: {reason}")
+                yield self._source(survey, self.recordings[number], as_given=True)
+        self._note_repair()
+
+    def _note_repair(self) -> None:
+        """Note how much of the labels their repair has changed."""
+        late = [row.lateness for row in self.rows if row.lateness is not None]
+        if self.recipe.repair and (named := sum(one.named for one in late)):
+            share = 100.0 * sum(one.changed for one in late) / named
+            self.notes.append(
+                f"label repair changed {share:.1f} % of the frames that people named a gesture"
+            )
 
     def nothing(self, error: str) -> str:
         """Return why there is nothing to learn from, with the first recordings left out."""
@@ -152,7 +178,7 @@ class _Reader:
         rest = [f"and {more} more"] if more > 0 else []
         return "; ".join([error, *self.notes[:SAID], *rest])
 
-    def _source(self, survey: Survey, recording: Recording) -> Source:
+    def _source(self, survey: Survey, recording: Recording, *, as_given: bool = False) -> Source:
         """Return a recording as training uses it, and note the facts on it; or _LeftOutError."""
         report = check.examine(survey.path, recording)
         labeller = self._labeller(recording)
@@ -160,7 +186,7 @@ class _Reader:
             if not self.every:
                 raise _LeftOutError(f"{why} (--all takes it; in a sweep: all = true)")
             self.notes.append(f"{survey.path} is taken although it failed the check: {why}")
-        labels, lateness = self._labels(recording, labeller)
+        labels, lateness = self._labels(recording, labeller, as_given=as_given)
         source = Source.of(recording, labeller, self.vocabulary.labels, labels)
         source = replace(source, touch=true_places(recording, source.label, self.vocabulary))
         origin = recording.origin
@@ -198,21 +224,24 @@ class _Reader:
         other = f"; it has {' and '.join(others)} labels" if others else ""
         raise _LeftOutError(f"no {kind}label names a gesture{other}")
 
-    def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
+    def _labels(
+        self, recording: Recording, labeller: Labels, *, as_given: bool
+    ) -> tuple[Column, Lateness | None]:
         """Return the labels to learn, (frames,), and the lateness of those that people gave."""
         labels = column(recording, labeller)
         if labeller == "true":
             return labels, None
         repaired, lateness = label_repair.repair(recording, labeller)
-        # With a gesture in every frame there is no edge to null that could be moved.
-        whole = bool((labels > 0).all()) and bool((repaired != UNKNOWN).any())
-        labels = repaired if self.recipe.repair and not whole else labels
+        unfelt = self.recipe.repair and not lateness.edges and not as_given
+        if self.recipe.repair:
+            labels = repaired
         if self.choice == "auto" and self.recipe.truth:  # the truth is better where it is known
             labels = np.where(recording.label != UNKNOWN, recording.label, labels)
+            unfelt = unfelt and bool((recording.label == UNKNOWN).all())
+        if unfelt:
+            raise _UnfeltError(f"the sensor shows no touch where its {labeller} labels are")
         if (labels != UNKNOWN).any():
             return labels, lateness
-        if lateness.unfelt:
-            raise _LeftOutError(f"the sensor shows no touch where its {labeller} labels are")
         raise _LeftOutError(f"its {labeller} labels are too short: all frames are near an edge")
 
 

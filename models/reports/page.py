@@ -144,7 +144,7 @@ def label_summary(found: Training) -> dict[str, Any] | None:
         return None
     begins = sorted(of.begin_s for of in late if math.isfinite(of.begin_s))
     wrong = [(of.wrong, of.wrong_after) for of in late if math.isfinite(of.wrong)]
-    sums = ("edges", "moved", "masked", "unfelt", "unlabelled")
+    sums = ("edges", "moved", "masked", "unfelt", "unlabelled", "named", "changed")
     return {
         **{name: sum(getattr(of, name) for of in late) for name in sums},
         "begin_s": begins[len(begins) // 2] if begins else math.nan,
