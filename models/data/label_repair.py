@@ -173,17 +173,17 @@ def _found(
     low, high = max(0, inner[0]), min(len(t), inner[1])
     if high <= low:
         return None
-    if (found := _touch(t, change, (low, high), (0, len(t)), idle, 1)) is None:
+    if (found := _touch(t, change, (low, high), idle)) is None:
         return None
     # What stays of a touch begins where the touch ends, and is weaker than its end.
     apart, beside = WEAK * found.strength, ENDED * found.strength
     place = found.end
-    while more := _touch(t[place:], change[place:], *[(0, high - place)] * 2, idle, 2):
+    while more := _touch(t[place:], change[place:], (0, high - place), idle, further=True):
         if more.strength > (apart if more.first else beside):
             found = replace(found, end=place + more.end, end_s=more.end_s)
         place += more.end
     place = found.first
-    while more := _touch(t[:place], change[:place], *[(low, place)] * 2, idle, 2):
+    while more := _touch(t[:place], change[:place], (low, place), idle, further=True):
         if more.strength > (apart if more.end < place else beside):
             found = replace(found, first=more.first, begin_s=more.begin_s)
         place = more.first
@@ -198,18 +198,19 @@ def _touch(
     t: NDArray[np.float64],
     change: NDArray[np.float64],
     label: tuple[int, int],
-    within: tuple[int, int],
     idle: NDArray[np.float64],
-    shortest: int,
+    *,
+    further: bool = False,
 ) -> Found | None:
-    """Return the clearest touch that some frames of a `label` show; None if there is none.
+    """Return the clearest touch that the frames of a label show; None if there is none.
 
-    It begins or ends `within` some frames, and has `shortest` of them; one alone may be noise.
-    Other arguments are as in `_found`.
+    It may lie beside the label. A `further` touch overlaps it, and has two frames: one alone may
+    be noise. Other arguments are as in `_found`.
     """
-    size, (first, end), (low, high) = np.square(change).sum(axis=1), label, within
+    size, (first, end) = np.square(change).sum(axis=1), label
+    low, high = label if further else (0, len(t))
     for _ in range(ROUNDS):
-        if end - first < shortest:
+        if end - first < 1 + further:
             return None
         looks = change[first:end].mean(axis=0)
         alike = change @ looks
