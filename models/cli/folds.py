@@ -12,8 +12,8 @@ from models.cli import sweep
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
-    "Cross-validate on recordings of any sensor: in each fold CNN-3D learns from all but some "
-    "people and is judged on those, and so are trees on the touch's trajectory. It is a sweep with "
+    "Cross-validate on recordings of any sensor: in each fold CNN-3D, or CNN-2D, learns from all "
+    "but some people and is judged on those, and so are trees on features. It is a sweep with "
     "the plan models/studies/sweep/folds.toml; to change more than the number of folds, copy that "
     "file and use models sweep. Interrupted, the same command goes on where it was."
 )
@@ -29,6 +29,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings")
     add("--out", type=Path, required=True, metavar="DIR", help="folder for results")
+    words = "judge gestures, or places of touches (default: gesture)"
+    add("--task", choices=("gesture", "location"), default="gesture", help=words)
     add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
 
 
@@ -42,6 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     table = parse_toml(files("models.studies.sweep").joinpath("folds.toml").read_text("utf-8"))
     places = [path.absolute() for path in arguments.paths]
     table["data"]["folders"] = list(map(str, places))
+    table["train"]["task"] = arguments.task
     made = plan.parse(table, "folds")
     made = replace(made, test=replace(made.test, folds=arguments.folds))
     workers = os.cpu_count() or 1

@@ -82,9 +82,6 @@ class NetworkRecipe:
     # penalty on squared weights of convolutions and dense layers
     l2: tuple[float, float] = (5e-4, 1e-5)
     clip: float = 0.0  # greatest norm of a gradient; 0: any
-    # epochs without a better one, as a share of all, before training stops; 0: never
-    patience: float = 0.5
-    keep_best: bool = True  # the best epoch on held-out sessions is kept, else the last
     # share of the null windows that each epoch draws; idling teaches little
     null_share: float = 0.5
     # weight of a class in the loss: its share of the examples to this negative power
@@ -220,8 +217,6 @@ PAPER: Final = Recipe(
         rate=1e-3,
         falling=False,
         l2=(5e-4, 1e-5),
-        patience=0.0,
-        keep_best=False,
         null_share=1.0,
         balance=0.0,
         channels=(16, 32),
@@ -237,8 +232,6 @@ PAPER: Final = Recipe(
         falling=False,
         l2=(1e-5, 5e-6),
         clip=10.0,
-        patience=0.0,
-        keep_best=False,
         label_noise=0.05,
         channels=(16, 32),
         hidden=(128, 64),
@@ -261,8 +254,6 @@ USER: Final = NetworkRecipe(
     l2=(1e-4, 1e-4),
     channels=(16, 32),
     hidden=(96, 48),
-    patience=0.0,
-    keep_best=False,  # nothing is held out from a network that learns from every session
     normalised=True,
 )
 

@@ -21,6 +21,7 @@ SHARE: Final = 1 / 6  # of sessions, users or sites, held out
 MOST: Final = 16  # sessions held out
 FEW: Final = 4  # sessions: of fewer, one would be too many to do without
 BLOCKS: Final = 6  # of a session, if time is split; the last one is held out
+CHOICE_PARTS: Final = 3  # parts of the people, or sessions, by which a choice is judged
 # The paper's protocol is measured on so many windows drawn at random, which are not learned from.
 RANDOM_SHARE: Final = 0.02
 RANDOM_LEAST: Final = 500
@@ -136,6 +137,27 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
         more = ", ..." if len(paths) > 4 else ""
         words = f"{len(taken)} of {len(names)} {chosen}s held out: {listed}{more}"
     return Split(words, held, parts_of(fold.train, fold.test, seed))
+
+
+def undivided(data: Data, seed: int) -> Parts:
+    """Return parts of all examples, to learn from and at random; none is held out."""
+    whole = np.arange(len(data.examples.ends))
+    return parts_of(whole, whole[:0], seed)
+
+
+def choice_folds(data: Data, train: Index) -> list[tuple[Index, Index]]:
+    """Return the folds by which a choice is judged: positions to learn from, and held out.
+
+    Each person among the training examples, (n,), is held out once; where there are fewer people
+    than `CHOICE_PARTS`, each session; where there are fewer of both, there is no fold.
+    """
+    recording = data.examples.session[data.examples.ends[train]]
+    for groups in (data.user, data.session):
+        names, number = np.unique(groups[recording], return_inverse=True)
+        if len(names) >= CHOICE_PARTS:
+            part = number % CHOICE_PARTS
+            return [(train[part != one], train[part == one]) for one in range(CHOICE_PARTS)]
+    return []
 
 
 # --- hold-out of recordings ----------------------------------------------------------------------

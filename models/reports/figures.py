@@ -150,19 +150,16 @@ def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None
 
 
 @styled
-def curves(epochs: Sequence[Epoch], best: int, *, share: bool) -> Markup:
-    """Return scores over the epochs, as shares or errors in grid units, and the epoch kept."""
+def curves(epochs: Sequence[Epoch], *, share: bool) -> Markup:
+    """Return scores over the epochs, as shares or errors in grid units."""
     figure, axes = new(470, 290)
     title = "right windows" if share else "error, grid units"
     axes.set(title=title, xlabel="epoch", xlim=(1, max(2, len(epochs))))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
-    axes.axvline(best, color=DIM, lw=1, ls=":")
-    axes.text(best, 1.01, "kept", transform=axes.get_xaxis_transform(), ha="center", color=DIM)
     numbers = [e.number for e in epochs]
     axes.plot(numbers, [e.random for e in epochs], "--", color=RANDOM, label="at random")
     axes.plot(numbers, [e.train for e in epochs], color=TRAIN, lw=1.5, label="learned")
     axes.plot(numbers, [e.check for e in epochs], color=UNSEEN, label="unseen")
-    axes.plot([best], [epochs[best - 1].check], "o", color=UNSEEN, mec=PAPER, ms=9)
     axes.legend()
     every = [value for e in epochs for value in (e.train, e.check, e.random)]
     early = [value for e in epochs[: max(1, len(epochs) // 20)] for value in (e.train, e.check)]

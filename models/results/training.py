@@ -123,8 +123,6 @@ class GestureResult:
     """Results of CNN-3D."""
 
     epochs: tuple[Epoch, ...]  # its curve
-    best: int  # number of the epoch that was kept
-    stopped: str  # why it ended before its last epoch; "" where it did not
     honesty: HeldOutScore  # share of windows named rightly
     event_accuracy: float  # share of events in sessions held out that the mean probability names
     # windows of sessions held out: true class by named class
@@ -146,8 +144,6 @@ class LocationResult:
     """Results of CNN-2D; errors are means over the axes, grid units."""
 
     epochs: tuple[Epoch, ...]  # its curve
-    best: int  # number of the epoch that was kept
-    stopped: str  # why it ended before its last epoch; "" where it did not
     honesty: HeldOutScore  # mean error of an image (for once less is better)
     # x, y, error in x, error in y of every touch in sessions held out
     touches: tuple[tuple[float, float, float, float], ...]

@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from controller.shared.aliases import Index
 from models.data.augment import Symmetry, vary_windows
 from models.data.examples import Examples
+from models.data.load import Data
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
 from models.evaluation import scores
@@ -102,19 +103,32 @@ class GestureTask(Task):
         return self._images[last[:, None] + self._steps], self._label[last]
 
 
+def gesture_task(
+    data: Data,
+    parts: Parts,
+    recipe: NetworkRecipe,
+    seed: int,
+    device: torch.device,
+    answers: int = 0,
+) -> GestureTask:
+    """Return CNN-3D's task on a data set's examples, its weights drawn by the seed."""
+    symmetry = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
+    torch.manual_seed(seed)
+    classes = len(data.vocabulary.labels)
+    return GestureTask(data.examples, parts, classes, symmetry, recipe, device, answers)
+
+
 def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
     """Return CNN-3D's scores and the network as the device runs it, calibrated by its recipe."""
-    examples, labels = job.data.examples, job.data.vocabulary.labels
-    classes = job.answers or len(labels)
-    symmetry = Symmetry.of(job.data.vocabulary, *examples.images.shape[1:])
-    torch.manual_seed(job.seed)
+    examples = job.data.examples
+    classes = job.answers or len(job.data.vocabulary.labels)
     recipe, parts = job.recipe.gesture, job.split.windows
-    task = GestureTask(examples, parts, len(labels), symmetry, recipe, job.device, classes)
+    task = gesture_task(job.data, parts, recipe, job.seed, job.device, classes)
     if job.start.gesture:
         known = task.ends["train"]
         some = task.cut(known[:: 1 + len(known) // AT_ONCE])[0]
         transfer.begin(task.net, job.start.gesture, some)
-    fitted = fit_shown(task, "CNN-3D", _describe, job.seed, job.folder)
+    epochs = fit_shown(task, "CNN-3D", _describe, job.seed, job.folder)
     # From here on there are no auxiliary classes, nor their windows.
     ends = {part: every[examples.label[every] < classes] for part, every in task.ends.items()}
     logits, label = (one.cpu().numpy() for one in task.answers(ends["check"]))
@@ -129,9 +143,7 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
     events = scores.events(examples, ends["check"], scores.softmax(logits, temperature))
     right = events.named == events.label
     result = GestureResult(
-        fitted.epochs,
-        fitted.best,
-        fitted.stopped,
+        epochs,
         scores.score_windows(examples, (ends["check"], named), (ends["random"], random), classes),
         float(right.mean()) if len(right) else np.nan,
         _table(scores.confusion(named, label, classes)),

@@ -10,6 +10,7 @@ from torch import Tensor, nn
 from controller.shared.aliases import Index
 from models.data import touch_images
 from models.data.augment import Symmetry, vary_images
+from models.data.load import Data
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
 from models.data.touch_images import Touches
@@ -71,10 +72,6 @@ class LocationTask(Task):
         off = self.errors(self.parts.random)
         return float(np.abs(off).mean()) if len(off) else np.nan
 
-    def better(self, one: Epoch, other: Epoch) -> bool:
-        """Whether an epoch errs less on the images held out."""
-        return one.check < other.check
-
     def errors(self, images: Index) -> NDArray[np.float32]:
         """Return the errors of some of the images, (images, 2), grid units."""
         index = torch.from_numpy(images).to(self._device)
@@ -92,21 +89,33 @@ class LocationTask(Task):
         return _mean(np.hypot(moved[:, 0], moved[:, 1]))
 
 
-def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, Network]:
-    """Return CNN-2D's scores on images of touches, and the network as the device runs it."""
-    data = job.data
+def location_task(
+    data: Data,
+    found: Touches,
+    parts: Parts,
+    recipe: NetworkRecipe,
+    seed: int,
+    device: torch.device,
+) -> LocationTask:
+    """Return CNN-2D's task on images of touches, its weights drawn by the seed."""
     # Only located gestures have a place; turned and mirrored as the strictest of them allows.
     located = [data.vocabulary.labels.index(name) for name in data.vocabulary.located]
     whole = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
-    torch.manual_seed(job.seed)
+    torch.manual_seed(seed)
+    return LocationTask(found, parts, whole.common(located), recipe, device)
+
+
+def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, Network]:
+    """Return CNN-2D's scores on images of touches, and the network as the device runs it."""
+    data = job.data
     parts = touch_images.split_touches(job.split, data.examples, found, job.seed)
     if parts.words:
         print(parts.words, file=sys.stderr)
-    task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)
+    task = location_task(data, found, parts, job.recipe.location, job.seed, job.device)
     if job.start.location:
         inputs, _ = job.recipe.location.touch.of(found.images[:AT_ONCE])
         transfer.begin(task.net, job.start.location, torch.from_numpy(inputs))
-    fitted = fit_shown(task, "CNN-2D", _describe, job.seed, job.folder)
+    epochs = fit_shown(task, "CNN-2D", _describe, job.seed, job.folder)
     off = task.errors(parts.check)
     last = found.last[parts.check]
     place, error = found.place[parts.check][last], off[last]
@@ -116,9 +125,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     scored = scores.score_errors(session, off, task.errors(parts.random))
     net = task.net.cpu().folded()
     result = LocationResult(
-        fitted.epochs,
-        fitted.best,
-        fitted.stopped,
+        epochs,
         scored,
         tuple(tuple(row) for row in np.hstack([place, error]).astype(float).tolist()),
         _mean(each[~away]),

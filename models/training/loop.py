@@ -1,4 +1,8 @@
-"""Training loop of one network: seeded, resumable, the best epoch kept."""
+"""Training loop of one network: a fixed course, seeded and resumable.
+
+Nothing held out ends a training or picks an epoch: the recipe fixes the number of batches, and the
+learning rate falls to zero over them.
+"""
 
 import math
 import sys
@@ -80,22 +84,11 @@ class Task(ABC):
         """Return the score on examples at random, the paper's protocol; NaN if there are none."""
         return math.nan
 
-    def better(self, one: Epoch, other: Epoch) -> bool:
-        """Whether one epoch's network is better than another's on the examples held out."""
-        return one.check_loss < other.check_loss
 
-
-@dataclass(frozen=True, slots=True)
-class Fitted:
-    """A trained network's history."""
-
-    epochs: tuple[Epoch, ...]  # the curve
-    best: int  # number of the epoch that was kept
-    stopped: str  # why it ended early; "" where it did not
-
-
-def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = None) -> Fitted:
-    """Train a network in place; it ends with the weights of the epoch that is kept.
+def fit(
+    task: Task, seed: int, keep: Path | None = None, watch: Watch | None = None
+) -> tuple[Epoch, ...]:
+    """Train a network in place, and return its epochs.
 
     An interrupted training resumes from the checkpoint `keep`; CheckpointError if it is damaged.
     """
@@ -111,14 +104,13 @@ def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = N
             checkpoint.save(keep, *run.state())
         if watch is not None:
             watch(this)
-    task.net.load_state_dict(run.best)
     task.net.eval()
-    return Fitted(tuple(run.epochs), run.best_epoch, run.stopped)
+    return tuple(run.epochs)
 
 
 def fit_shown(
     task: Task, name: str, describe: Callable[[Epoch], str], seed: int, folder: Path | None
-) -> Fitted:
+) -> tuple[Epoch, ...]:
     """Train as `fit` does, its checkpoint in a folder, and show each epoch on standard error."""
     passes = task.recipe.passes(task.steps() * task.recipe.batch)
     live = sys.stderr.isatty()  # on a terminal one line is redrawn
@@ -131,11 +123,7 @@ def fit_shown(
         end = "" if live and epoch.number < passes else "\n"
         print(line, end=end, file=sys.stderr, flush=True)
 
-    fitted = fit(task, seed, None if folder is None else folder / f"{name.lower()}.npz", show)
-    if fitted.stopped:
-        line = f"{name}: {fitted.stopped}; epoch {fitted.best} is kept"
-        print("\n" * live + line, file=sys.stderr)
-    return fitted
+    return fit(task, seed, None if folder is None else folder / f"{name.lower()}.npz", show)
 
 
 class _Run:
@@ -150,13 +138,10 @@ class _Run:
         self.each = task.steps()
         self.passes = self.recipe.passes(self.each * self.recipe.batch)
         self.epochs: list[Epoch] = []
-        self.best: dict[str, Tensor] = _copy(self.net)
-        self.best_epoch = 0
-        self.stopped = ""
 
     def over(self) -> bool:
         """Whether it has ended."""
-        return bool(self.stopped) or len(self.epochs) >= self.passes
+        return len(self.epochs) >= self.passes
 
     def epoch(self) -> Epoch:
         """Go through the examples once."""
@@ -182,36 +167,18 @@ class _Run:
         with torch.no_grad():
             check = self.task.check()
             this = Epoch(number, losses / examples, scores / examples, *check, self.task.random())
-        self._note(this)
         self.epochs.append(this)
         return this
-
-    def _note(self, this: Epoch) -> None:
-        """Keep the epoch if it is to be kept, and end the training if it has been enough."""
-        known = math.isfinite(this.check_loss)
-        best = self.epochs[self.best_epoch - 1] if self.best_epoch else None
-        if not (self.recipe.keep_best and known) or best is None or self.task.better(this, best):
-            self.best, self.best_epoch = _copy(self.net), this.number
-        patience = max(4, round(self.recipe.patience * self.passes))
-        waited = this.number - self.best_epoch
-        if self.recipe.patience and waited >= patience and this.number < self.passes:
-            self.stopped = (
-                f"no better on what is held out for {waited} epochs, so it stopped after "
-                f"{this.number} of {self.passes}"
-            )
 
     def state(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return the full state: arrays of any shape, and values as JSON has them."""
         arrays = {
             **checkpoint.pack("net", self.net.state_dict()),
-            **checkpoint.pack("best", self.best),
             **checkpoint.pack("optimizer", checkpoint.optimizer_state(self.optimizer)),
             "generator": self.generator.get_state().numpy(),
         }
         words = {
             "epochs": [asdict(epoch) for epoch in self.epochs],
-            "best": self.best_epoch,
-            "stopped": self.stopped,
             "rng": self.rng.bit_generator.state,
         }
         return arrays, words
@@ -219,12 +186,10 @@ class _Run:
     def restore(self, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
         """Resume from the arrays, of any shape, and values of `state`."""
         self.net.load_state_dict(checkpoint.unpack("net", arrays))
-        self.best = checkpoint.unpack("best", arrays)
         checkpoint.restore_optimizer(self.optimizer, checkpoint.unpack("optimizer", arrays))
         self.generator.set_state(torch.from_numpy(np.array(arrays["generator"])))
         self.rng.bit_generator.state = words["rng"]
         self.epochs = [Epoch(**epoch) for epoch in words["epochs"]]
-        self.best_epoch, self.stopped = int(words["best"]), str(words["stopped"])
 
 
 def batched(net: nn.Module, inputs: Callable[[Index], Tensor], index: Index) -> Tensor:
@@ -285,7 +250,3 @@ def _rate(recipe: NetworkRecipe, step: int, steps: int) -> float:
         share = 0.5 - 0.5 * math.cos(math.pi * step / rising)
         return recipe.rate * (FIRST_RATE + (1.0 - FIRST_RATE) * share)
     return recipe.rate * (0.5 + 0.5 * math.cos(math.pi * (step - rising) / (steps - rising)))
-
-
-def _copy(net: nn.Module) -> dict[str, Tensor]:
-    return {name: tensor.detach().clone() for name, tensor in net.state_dict().items()}

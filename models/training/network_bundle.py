@@ -91,12 +91,10 @@ class NetworkPlan:
         """Return the plan with the symmetries found by trial, where none are declared."""
         if self.request.declared or not self.gesture:
             return self
-        windows, seed = self.split.windows, self.request.seed
-        data, words = symmetry_search.declared(
-            self.data, windows, self.recipe.gesture, seed, device
-        )
+        train, seed = self.split.windows.train, self.request.seed
+        data, words = symmetry_search.declared(self.data, train, self.recipe.gesture, seed, device)
         if words:
-            say(f"no gestures.toml declares symmetries; on what is held out: {words}")
+            say(f"no gestures.toml declares symmetries; judged on all, in three parts: {words}")
             say("declare there what holds, or try none with --declared")
         return replace(self, data=data)
 

@@ -1,24 +1,23 @@
-"""Search for the symmetries of gestures that no vocabulary declares, judged on people held out.
+"""Search for the symmetries of gestures that no vocabulary declares, by cross-validation.
 
-Short trainings try one kind of symmetry after the other, for all gestures alike. A kind is kept if
-it lowers the loss, and classifies more windows, of people that the trainings did not see.
+Short trainings try one kind of symmetry after the other, for all gestures alike, and each person is
+held out of one of them. A kind is kept if it lowers the loss, and classifies more windows, of all
+people together.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-import numpy as np
 import torch
 from torch.nn import functional
 
 from controller.bundles.vocabulary import SELF, Vocabulary
 from controller.shared.aliases import Index
-from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import NetworkRecipe
-from models.data.splits import Parts
-from models.training.gesture_task import GestureTask
+from models.data.splits import Parts, choice_folds
+from models.training.gesture_task import gesture_task
 from models.training.loop import fit
 
 STEPS: Final = 120  # batches of each trial
@@ -53,18 +52,19 @@ class Proposal:
 
 
 def declared(
-    data: Data, parts: Parts, recipe: NetworkRecipe, seed: int, device: torch.device
+    data: Data, train: Index, recipe: NetworkRecipe, seed: int, device: torch.device
 ) -> tuple[Data, str]:
-    """Return data with the symmetries that help on what is held out, and the search's result.
+    """Return data with the symmetries that help, and the search's result.
 
-    Where they are known, or nothing is held out, the data are unchanged, and the result is "".
+    It learns from and judges training examples only, (n,), by positions in `ends`. Where symmetries
+    are known, or there are too few people and sessions, the data are unchanged, the result is "".
     """
     # Nothing is known without a vocabulary, except of the orb's gestures.
     known = data.vocabulary.text or data.settings.normalise != "difference"
-    if known or not len(parts.check):
+    folds = [] if known else choice_folds(data, train)
+    if not folds:
         return data, ""
-    judge = trial(data, parts.train, parts.check, recipe, seed, device)
-    found = search(judge, data.vocabulary)
+    found = search(_trial(data, folds, recipe, seed, device), data.vocabulary)
     return replace(data, vocabulary=found.vocabulary), found.words
 
 
@@ -81,29 +81,25 @@ def search(judge: Judge, vocabulary: Vocabulary) -> Proposal:
     return Proposal(vocabulary, points)
 
 
-def trial(
-    data: Data, train: Index, test: Index, recipe: NetworkRecipe, seed: int, device: torch.device
+def _trial(
+    data: Data,
+    folds: list[tuple[Index, Index]],
+    recipe: NetworkRecipe,
+    seed: int,
+    device: torch.device,
 ) -> Judge:
-    """Return a judge: a short training on some windows, judged on others, by places in `ends`."""
-    nothing, examples = np.empty(0, dtype=np.int64), data.examples
-    parts = Parts(_spread(train, LEARNED), nothing, nothing)
-    brief = replace(
-        recipe,
-        epochs=0,
-        steps=STEPS,
-        batch=BATCH,
-        limits=(1, STEPS),
-        keep_best=False,
-        patience=0.0,
-    )
-    ends = examples.ends[_spread(test, JUDGED)]
+    """Return a judge: a short training in each fold, judged on what all of them hold out."""
+    brief = replace(recipe, epochs=0, steps=STEPS, batch=BATCH, limits=(1, STEPS))
 
     def judge(vocabulary: Vocabulary) -> tuple[float, float]:
-        torch.manual_seed(seed)
-        symmetry = Symmetry.of(vocabulary, *examples.images.shape[1:])
-        task = GestureTask(examples, parts, len(vocabulary.labels), symmetry, brief, device)
-        fit(task, seed)
-        logits, label = task.answers(ends)
+        answers = []
+        for learned, held in folds:
+            parts = Parts(_spread(learned, LEARNED), held[:0], held[:0])
+            tried = replace(data, vocabulary=vocabulary)
+            task = gesture_task(tried, parts, brief, seed, device)
+            fit(task, seed)
+            answers.append(task.answers(data.examples.ends[_spread(held, JUDGED)]))
+        logits, label = map(torch.cat, zip(*answers, strict=True))
         right = float((logits.argmax(dim=1) == label).float().mean())
         return float(functional.cross_entropy(logits, label)), right
 

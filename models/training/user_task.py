@@ -155,8 +155,8 @@ def train_users(
     """
     torch.manual_seed(seed)
     task = UserTask(taught, outputs, recipe, augmentation, random)
-    fitted = fit_shown(task, name, _describe, seed, folder) if name else fit(task, seed)
-    return task.net.folded().eval(), fitted.epochs[fitted.best - 1].random
+    epochs = fit_shown(task, name, _describe, seed, folder) if name else fit(task, seed)
+    return task.net.folded().eval(), epochs[-1].random
 
 
 def random_windows(windows: int, seed: int) -> NDArray[np.bool_]:

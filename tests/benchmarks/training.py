@@ -100,7 +100,7 @@ def measure(minutes: float, epochs: int, seeds: int) -> dict[str, list[float]]:
     say(f"{len(train.ends)} windows to learn from, {len(fresh.ends)} to be judged on")
     found: dict[str, list[float]] = {}
     for seed in range(seeds):
-        course = replace(DEFAULT.gesture, epochs=epochs, patience=0.0, keep_best=False)
+        course = replace(DEFAULT.gesture, epochs=epochs)
         long = ours(train, fresh, course, seed)
         plateau = max(run.accuracy for run in long)
         say(f"seed {seed}: plateau {plateau:.4f}, {long[-1].cpu_s:.0f} CPU-s for {epochs} epochs")

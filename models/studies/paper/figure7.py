@@ -132,8 +132,7 @@ def _curve(experiment: Experiment, share: float, seed: int) -> list[Row]:
         if epoch.number in shown:
             rows.append(row(epoch, last=False))
 
-    fitted = fit(task, seed, None, watch)
-    return [*rows, row(fitted.epochs[fitted.best - 1], last=True)]
+    return [*rows, row(fit(task, seed, None, watch)[-1], last=True)]
 
 
 def _columns(rows: list[Row]) -> dict[str, list[float]]:

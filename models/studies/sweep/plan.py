@@ -24,7 +24,7 @@ from controller.simulator.session import TEST_SEEDS
 from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 from models.data.simulate import DataSet
-from models.data.splits import SPLITS, HoldOut
+from models.data.splits import HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
 MOST_JOBS: Final = 100_000
@@ -71,13 +71,11 @@ class Training(Recipe):
 
     name: str = field(default="default", metadata={"key": "recipe", "choices": tuple(RECIPES)})
     task: Literal["gesture", "location"] = "gesture"
-    # the networks, or trees on the touch's trajectory as a baseline of gestures
+    # the networks, or trees on features as a baseline
     model: Literal["network", "trees"] = "network"
     labels: Choice = "auto"
     every: bool = field(default=False, metadata={"key": "all"})  # recordings that fail the check
     window: int = _upto(0, MOST_WINDOW)  # images; 0: those of a second
-    # how some of those that are learned from are held out, to choose the epoch; "": by session
-    split: str = field(default="", metadata={"choices": ("", *SPLITS)})
     declared: bool = False  # try no symmetries that are not declared
     seed: int = field(default=0, metadata=_SEED)
     # learn from so many of those not held out, 0: all
@@ -169,10 +167,7 @@ def training(table: Table) -> Training:
     """Return the settings in [train], the others those of its recipe; or ConfigError."""
     recipe = RECIPES.get(str(table.get("recipe")), RECIPES["default"])
     base = Training(**{one.name: getattr(recipe, one.name) for one in fields(Recipe)})
-    made = config.settings(Training, table, "train", base)
-    if (made.task, made.model) == ("location", "trees"):
-        raise ConfigError("has model = 'trees', which are for gestures only", "train", "model")
-    return made
+    return config.settings(Training, table, "train", base)
 
 
 def _check_axis(plan: Plan, axis: str, values: Any) -> None:

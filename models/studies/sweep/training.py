@@ -1,7 +1,7 @@
 """One training of a sweep: read or simulate, hold out, train, and score what is held out.
 
-The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch,
-and the symmetries of gestures that no vocabulary declares.
+The held-out recordings decide nothing, and all others are learned from, for as long as the recipe
+says. By the others' cross-validation symmetries that no vocabulary declares are chosen.
 """
 
 import json
@@ -23,14 +23,15 @@ from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
 from models.data.splits import HoldOut
+from models.data.touch_images import Touches
 from models.evaluation import scores
-from models.results.training import GestureResult, LocationResult
-from models.studies.sweep import plan, trajectory_baseline
+from models.results.training import Epoch
+from models.studies.sweep import baseline, plan
 from models.studies.sweep.plan import Training
 from models.training import symmetry_search
-from models.training.gesture_task import train_gestures
-from models.training.location_task import train_locations
-from models.training.loop import TrainingJob, batched, prepare_torch
+from models.training.gesture_task import gesture_task
+from models.training.location_task import location_task
+from models.training.loop import batched, fit, prepare_torch
 
 KEPT: Final = 2  # data sets that a process keeps in memory; jobs of one set are neighbours
 FIRM_SHARE: Final = 0.75  # quantile of the strength of touched images: a firm touch
@@ -45,9 +46,8 @@ def train(job: Mapping[str, Any]) -> Result:
     """Train one network, judge it on what is held out, and return plain data; or raise ValueError.
 
     "learned": number of users, sessions, minutes and windows; "notes": sentences about recordings
-    that are left out, and symmetries found; "epochs", and the "best" of them; "check" and "random":
-    scores on the windows that chose the epoch, and at random; "held": for each held-out session its
-    "user", "session", and [sum, count] of its scores.
+    that are left out, and symmetries found; "epochs"; "random": score on windows at random; "held":
+    for each held-out session its "user", "session", and [sum, count] of its scores.
     """
     asked = plan.training(job["train"])
     prepare_torch(asked.seed)
@@ -135,28 +135,24 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
 
 def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-3D; frames and events are judged."""
-    split = splits.split_windows(taught, asked.split, asked.seed)
-    words = ""
+    recipe, seed, words = asked.gesture, asked.seed, ""
+    parts = splits.undivided(taught, seed)
     if not asked.declared:
-        parts, seed = split.windows, asked.seed
-        taught, words = symmetry_search.declared(taught, parts, asked.gesture, seed, DEVICE)
-    found, net = train_gestures(TrainingJob(taught, split, asked, asked.seed, DEVICE, None))
-    examples = unseen.examples
+        taught, words = symmetry_search.declared(taught, parts.train, recipe, seed, DEVICE)
+    task = gesture_task(taught, parts, recipe, seed, DEVICE)
+    curve, net, examples = fit(task, seed), task.net.folded().eval(), unseen.examples
     logits = batched(net, lambda some: torch.from_numpy(examples.windows(some)), examples.ends)
     notes = [f"symmetries: {words}"] if words else []
     held = _judged(unseen, scores.softmax(logits.numpy()))
-    return {**_summary(found, len(split.windows.train)), "held": held, "notes": notes}
+    return {**_summary(curve, len(parts.train)), "held": held, "notes": notes}
 
 
 def _trees(taught: Data, unseen: Data, asked: Training) -> Result:
-    """Train trees on the touch's trajectory, judged as CNN-3D is."""
-    examples, classes = taught.examples, len(taught.vocabulary.labels)
-    rows = trajectory_baseline.features(examples)
-    trees = trajectory_baseline.train(rows, examples.label[examples.ends], asked.seed)
-    others = trajectory_baseline.features(unseen.examples)
-    held = _judged(unseen, trajectory_baseline.predict(trees, others, classes))
-    empty = {"epochs": 0, "best": 0, "check": None, "random": None}
-    return {"windows": len(rows), **empty, "held": held}
+    """Train trees on features of windows, judged as CNN-3D is."""
+    trees = baseline.train(taught.examples, asked.seed)
+    classes = len(taught.vocabulary.labels)
+    held = _judged(unseen, baseline.predict(trees, unseen.examples, classes))
+    return {**_summary((), len(taught.examples.ends)), "held": held}
 
 
 def _judged(unseen: Data, probabilities: NDArray[np.floating]) -> list[Result]:
@@ -173,24 +169,41 @@ def _judged(unseen: Data, probabilities: NDArray[np.floating]) -> list[Result]:
 
 def _locations(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-2D; each touch is judged by its error, grid units, mean of the axes."""
-    split = splits.split_windows(taught, asked.split, asked.seed)
+    found, judged = _located(taught, unseen, asked)
+    parts = splits.parts_of(np.arange(len(found.images)), np.empty(0, dtype=np.int64), asked.seed)
+    task = location_task(taught, found, parts, asked.location, asked.seed, DEVICE)
+    curve, net = fit(task, asked.seed), task.net.folded().eval()
+    inputs, corners = asked.location.touch.of(judged.images[judged.last])
+    places = batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
+    held = _placed(unseen, judged, places.numpy() + corners)
+    return {**_summary(curve, len(parts.train)), "held": held}
+
+
+def _location_trees(taught: Data, unseen: Data, asked: Training) -> Result:
+    """Train trees on shares of the sum, judged as CNN-2D is."""
+    found, judged = _located(taught, unseen, asked)
+    trees = baseline.train_places(found.images, found.place, asked.seed)
+    places = trees.predict(baseline.shares(judged.images[judged.last]))
+    return {**_summary((), len(found.images)), "held": _placed(unseen, judged, places)}
+
+
+def _located(taught: Data, unseen: Data, asked: Training) -> tuple[Touches, Touches]:
+    """Return the touches with a place to learn from and to judge; ValueError if there are none."""
     found, judged = (
         touch_images.find(data.examples, asked.averaged, asked.seed) for data in (taught, unseen)
     )
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
-    learned, net = train_locations(
-        TrainingJob(taught, split, asked, asked.seed, DEVICE, None), found
-    )
-    inputs, corners = asked.location.touch.of(judged.images[judged.last])
-    places = batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
-    off = places.numpy() + corners - judged.place[judged.last]
-    error = np.abs(off).mean(axis=1)
+    return found, judged
+
+
+def _placed(unseen: Data, judged: Touches, places: NDArray[np.floating]) -> list[Result]:
+    """Return the errors of each held-out session, by places (touches, 2), grid units."""
+    error = np.abs(places - judged.place[judged.last]).mean(axis=1)
     session = unseen.examples.session[judged.frame[judged.last]]
-    held = [
+    return [
         _session(unseen, number, error=error[session == number]) for number in np.unique(session)
     ]
-    return {**_summary(learned, len(split.windows.train)), "held": held}
 
 
 # A task is a line here, and its measure in models/studies/sweep/report.py.
@@ -198,13 +211,15 @@ TASKS: Final[Mapping[tuple[str, str], Callable[[Data, Data, Training], Result]]]
     ("gesture", "network"): _gestures,
     ("gesture", "trees"): _trees,
     ("location", "network"): _locations,
+    ("location", "trees"): _location_trees,
 }
 
 
-def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
-    scores = {"check": found.honesty.unseen, "random": found.honesty.random}
-    known = {key: round(one, 6) if np.isfinite(one) else None for key, one in scores.items()}
-    return {"windows": windows, "epochs": len(found.epochs), "best": found.best, **known}
+def _summary(curve: tuple[Epoch, ...], windows: int) -> Result:
+    """Return the counts of a training, and the last epoch's score on examples at random."""
+    random = curve[-1].random if curve else np.nan
+    known = round(random, 6) if np.isfinite(random) else None
+    return {"windows": windows, "epochs": len(curve), "random": known}
 
 
 def _session(data: Data, number: int, **items: Scores) -> Result:

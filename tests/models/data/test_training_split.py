@@ -88,6 +88,22 @@ def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.D
     assert not len(touch_images.find(nowhere, averaged=False, seed=0).images)
 
 
+def test_a_choice_is_judged_by_every_person_or_by_every_session_of_few_people(
+    data: load.Data,
+) -> None:
+    everything = np.arange(len(data.examples.ends))
+    recording = data.examples.session[data.examples.ends]
+    many = replace(data, user=np.array([0, 1, 2, 3, 4, 4]))
+    for one, group in ((many, many.user), (data, data.session)):  # `data` has two people
+        folds = splits.choice_folds(one, everything)
+        assert len(folds) == splits.CHOICE_PARTS
+        assert sorted(np.concatenate([held for _, held in folds]).tolist()) == everything.tolist()
+        for learned, held in folds:
+            assert not set(group[recording[learned]]) & set(group[recording[held]])
+    few = replace(data, session=data.user)
+    assert splits.choice_folds(few, everything) == []
+
+
 # --- what is left out --------------------------------------------------------------------------
 
 

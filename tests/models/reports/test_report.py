@@ -112,10 +112,10 @@ def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
     bare = training(
         sessions=(session(lateness=nothing),),
         classes=(ClassRow("press", 3, 2.0, math.nan, math.nan),),
-        gesture=replace(gesture, epochs=epochs, best=1, honesty=nan, event_accuracy=math.nan,
+        gesture=replace(gesture, epochs=epochs, honesty=nan, event_accuracy=math.nan,
                         confusion=zeros, event_confusion=zeros,
                         calibration=Calibration(1.0, math.nan, math.nan, ())),
-        location=replace(location, epochs=epochs, best=1, honesty=nan, touches=()),
+        location=replace(location, epochs=epochs, honesty=nan, touches=()),
     )  # fmt: skip
     html = page.html(bare)
     assert not re.search(r"\bnan\b", html, re.IGNORECASE)
@@ -131,8 +131,8 @@ def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
 
 
 def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:
-    drawing = figures.curves(training().gesture.epochs, 7, share=True)  # type: ignore[union-attr]
-    assert drawing == figures.curves(training().gesture.epochs, 7, share=True)  # type: ignore[union-attr]
+    drawing = figures.curves(training().gesture.epochs, share=True)  # type: ignore[union-attr]
+    assert drawing == figures.curves(training().gesture.epochs, share=True)  # type: ignore[union-attr]
     assert "var(--unseen)" in drawing
     assert not re.search(r"#[0-9a-f]{6}", drawing)
     assert "learned" in drawing  # text stays text

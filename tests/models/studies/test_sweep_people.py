@@ -17,11 +17,12 @@ pytest.importorskip("joblib", reason="needs the [sweep] extra")
 
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller
+from controller.shared.config import parse_toml
 from models.__main__ import main as models
 from models.cli import sweep as cli
 from models.data import load
 from models.data.recipe import DEFAULT
-from models.studies.sweep import training
+from models.studies.sweep import plan, training
 from models.studies.sweep.run import Sweep
 
 pytestmark = pytest.mark.train
@@ -41,11 +42,11 @@ def people(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def swept(people: Path, name: str, steps: int) -> Any:
-    plan = (ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8")
+    text = (ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8")
     for old, new in (("folds = 5", "folds = 2"), ("steps = 800", f"steps = {steps}")):
-        assert old in plan
-        plan = plan.replace(old, new)
-    (people / f"{name}.toml").write_text(plan)
+        assert old in text
+        text = text.replace(old, new)
+    (people / f"{name}.toml").write_text(text)
     assert models(["sweep", str(people / f"{name}.toml"), "--workers", "1"]) == 0
     return json.loads((people / f"{name}.sweep" / "results.json").read_text())
 
@@ -89,6 +90,28 @@ def test_without_a_declaration_each_fold_finds_its_own(people: Path, capsys: Cap
         assert words.startswith("symmetries: ")
         assert "points" in words or "no symmetry helps" in words
     assert "symmetries: " in capsys.readouterr().out
+
+
+def test_no_person_decides_alone_where_people_differ_as_real_ones_do(tmp_path: Path) -> None:
+    """A training that ends when one person is no better understood names 4 to 7 % fewer windows."""
+    look_alike.write(tmp_path / "frames.npz", people=10, repeats=1, varied=True)
+    folder, told = tmp_path / "recordings", str(BESIDE / "capfingerid.toml")
+    frames = str(tmp_path / "frames.npz")
+    assert controller(["recordings", "import", frames, told, "--out", str(folder)]) == 0
+    table = parse_toml((ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8"))
+    table["data"]["folders"] = [str(folder)]
+    table["train"]["gesture"]["steps"] = 200
+    table["train"]["declared"] = True
+    table["axes"] = {"seed": [0, 1]}
+    swept = cli.of_recordings(Sweep(plan.parse(table, "folds"), tmp_path), [folder])
+    counts = np.zeros((2, 2))
+    for job in swept.plan.jobs(swept.digest):
+        if job["test"]["fold"] < 3:
+            held = training.train(job)["held"]
+            counts[job["at"]["seed"]] += np.sum([one["frames"] for one in held], axis=0)
+    right = counts[:, 0] / counts[:, 1]
+    assert right.min() > 0.965
+    assert abs(right[0] - right[1]) < 0.02
 
 
 def test_the_scale_of_a_fold_is_that_of_its_own_people(people: Path) -> None:

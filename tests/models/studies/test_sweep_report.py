@@ -17,7 +17,7 @@ def result(right: list[int], users: int = 3, **more: Any) -> dict[str, Any]:
     ]
     learned = {"users": users, "sessions": users, "minutes": 3.0, "windows": 900 * users}
     made = {
-        "learned": learned, "notes": [], "epochs": 3, "best": 2, "check": 0.9, "random": 0.97,
+        "learned": learned, "notes": [], "epochs": 3, "random": 0.97,
         "held": held,
         "labels": ["null", "press", "<pinch>"], "confusion": [[0, 0, 0], [0, 18, 2], [0, 1, 19]],
     }  # fmt: skip
@@ -59,7 +59,7 @@ def test_errors_are_reported_in_grid_units() -> None:
     jobs = [
         {"name": str(rate), "at": {"location.rate": rate}, "fold": 0, "result": {
             "learned": {"users": 3, "sessions": 3, "minutes": 3.0, "windows": 9},
-            "notes": [], "epochs": 1, "best": 1, "check": None, "random": None,
+            "notes": [], "epochs": 1, "random": None,
             "held": [{"user": str(who), "session": str(who), "error": [error, 10]}
                      for who in range(4)]}}
         for rate, error in ((0.1, 2.0), (0.2, 1.0))

@@ -83,6 +83,22 @@ def test_products_are_coarse_in_training_as_the_recipe_says(course: Recipe, expe
     assert set(said) == {("learns", expected), ("is judged", "highest")}
 
 
+def test_what_is_held_out_neither_ends_a_training_nor_picks_an_epoch() -> None:
+    recipe = replace(DEFAULT.gesture, epochs=6, channels=(2, 2), hidden=(4, 4))
+    tasks = []
+    for _ in range(2):
+        torch.manual_seed(5)
+        tasks.append(task(recipe))
+    plain, judged = tasks
+    judged.ends["check"] = judged.ends["train"][:1]
+    losses = iter([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])  # worse from epoch to epoch
+    judged.check = lambda: (next(losses), 0.0)  # type: ignore[method-assign]
+    assert [epoch.number for epoch in fit(judged, 0)] == [1, 2, 3, 4, 5, 6]
+    fit(plain, 0)
+    for name, tensor in plain.net.state_dict().items():
+        torch.testing.assert_close(judged.net.state_dict()[name], tensor)
+
+
 def test_auxiliary_gestures_count_more_where_they_are_rare_and_change_no_other_s_weight() -> None:
     recipe = DEFAULT.gesture
     plain, beside = task(recipe)._weights, task(recipe, auxiliary=25, answers=4)._weights

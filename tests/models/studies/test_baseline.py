@@ -7,7 +7,7 @@ import tests.support.synthetic_people as look_alike
 from controller.recordings import importer
 from controller.recordings.description import described
 from models.data.examples import Examples
-from models.studies.sweep import trajectory_baseline
+from models.studies.sweep import baseline
 from tests.support import ROOT
 from tests.support.model_commands import examples
 
@@ -20,6 +20,12 @@ def windowed(images: np.ndarray) -> Examples:
     return examples([0] * 6, images=images, ends=[2, 5], window=WINDOW)
 
 
+def features(one: Examples) -> np.ndarray:
+    return baseline.Frames.of(one).features(one.ends)
+
+
+TAXELS = 6 * 7
+TRAJECTORY = slice(-TAXELS * 5)  # all but mean, deviation, maximum, share and one frequency
 X, Y = slice(0, WINDOW), slice(WINDOW, 2 * WINDOW)
 SPREAD, TOTAL = slice(2 * WINDOW, 3 * WINDOW), slice(3 * WINDOW, 4 * WINDOW)
 
@@ -33,7 +39,7 @@ def moving() -> np.ndarray:
 
 
 def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None:
-    rows = trajectory_baseline.features(windowed(moving()))
+    rows = features(windowed(moving()))
     assert rows[1, X].tolist() == [3.0, 4.0, 5.0]
     assert rows[1, Y].tolist() == [2.0, 2.0, 2.0]
     assert rows[1, SPREAD].tolist() == pytest.approx([np.sqrt(0.5)] * 3)
@@ -44,7 +50,7 @@ def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None
 def test_a_signal_that_falls_under_touch_is_seen_like_one_that_rises() -> None:
     """A sensor whose counts fall gives the plain model the features of one whose counts rise."""
     up, down = windowed(moving()), windowed(np.float32(2.0) - moving())
-    rising, falling = (trajectory_baseline.features(one) for one in (up, down))
+    rising, falling = (features(one) for one in (up, down))
     np.testing.assert_array_equal(rising, falling)
     assert (rising[1, TOTAL] > 0.0).all()
 
@@ -53,8 +59,42 @@ def test_a_taxel_that_is_read_wrongly_moves_no_centroid() -> None:
     images = moving()
     images[:, 5, 6] = 2.5  # alone in its corner, in every image
     images[4, 4, 0] = -3.0  # what is below untouched counts for nothing
-    clean = trajectory_baseline.features(windowed(moving()))
-    np.testing.assert_allclose(trajectory_baseline.features(windowed(images)), clean, rtol=1e-6)
+    clean = features(windowed(moving()))[:, TRAJECTORY]
+    np.testing.assert_allclose(features(windowed(images))[:, TRAJECTORY], clean, rtol=1e-6)
+
+
+def test_the_plain_model_sees_the_course_of_each_taxel() -> None:
+    rows = features(windowed(moving()))[1]
+    mean, deviation, greatest, share, wave = rows[rows.size - 5 * TAXELS :].reshape(5, 6, 7)
+    assert greatest[2].tolist() == [0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 0.0]
+    assert mean[2, 3] == pytest.approx(2.0 / 3.0)  # touched in one image of three
+    assert share.sum() == pytest.approx(1.0)
+    assert deviation[2, 3] == pytest.approx(np.std([2.0, 0.0, 0.0]))
+    assert wave[2, 3] == pytest.approx(2.0)  # an impulse has every frequency
+    assert not wave[5].any()
+
+
+def test_shares_of_the_sum_are_the_same_at_half_the_strength() -> None:
+    images = moving()[1:]
+    halved = np.float32(0.5) * (images + np.float32(1.0))
+    strong, weak = (baseline.shares(one) for one in (images, halved))
+    np.testing.assert_allclose(weak[:, :-1], strong[:, :-1], rtol=1e-6)
+    np.testing.assert_allclose(weak[:, -1], 0.5 * strong[:, -1], rtol=1e-6)
+    assert strong[:, -3:-1].tolist() == [[float(x), 2.0] for x in range(1, 6)]
+
+
+def test_trees_learn_from_windows_evenly_spread_and_name_each() -> None:
+    rng = np.random.default_rng(0)
+    label = np.repeat([0, 1, 0, 2], 30)
+    images = 1.0 + rng.normal(0.0, 0.01, (120, 3, 3)).astype(np.float32)
+    images[label == 1, :, 0] += 1.0
+    images[label == 2, :, 2] += 1.0
+    one = examples(label.tolist(), images=images, ends=list(range(2, 120)), window=WINDOW)
+    trees = baseline.train(one, 0)
+    answers = baseline.predict(trees, one, 4)
+    assert answers.shape == (118, 4)
+    assert not answers[:, 3].any()  # no training window had this class
+    assert (answers.argmax(axis=1) == label[2:]).mean() > 0.95
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
