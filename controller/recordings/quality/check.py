@@ -80,13 +80,16 @@ def examine(path: Path, recording: Recording, response: Response | None = None) 
     cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
-    useless = taxel_measures.useless(found, recording.frames.shape[1:])
+    shape = recording.frames.shape[1:]
+    useless = taxel_measures.useless(found, shape)
+    # Taxels that read nothing; a dead one is a guess from its neighbours, and fails no recording.
+    blind = taxel_measures.useless((one for one in found if one.kind != "dead"), shape)
     findings = [
         *_findings(cadence.complaints(), cadence.missing_share > labels.USELESS),
         # Only a small share of taxels can be interpolated from their neighbours.
         *_findings(
             (f"{taxel_measures.taxel_names(one.mask)}: {one.text}" for one in found),
-            useless.mean() > taxel_measures.DEAD_TAXELS_SHARE,
+            blind.mean() > taxel_measures.DEAD_TAXELS_SHARE,
         ),
         *_findings(line for one in sources for line in one.complaints()),
         *_shares(recording),

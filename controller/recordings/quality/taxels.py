@@ -21,6 +21,11 @@ Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 # All taxels of a soft dome respond to a touch; on a telephone's screen 3 % of them do.
 SOFT: Final = 0.2  # least share of responding taxels ...
 STRONG: Final = 0.2  # ... whose response has this share of the strongest one
+# A dead taxel's change under touch over that without, root mean squares: 0.99 to 1.08 on paper-snr.
+SILENT: Final = 1.2
+LOADED: Final = 0.3  # and over the median taxel's, where a finger loads the row
+NEAR: Final = 1.5  # least change of a taxel's neighbours under touch, of that without: both rms
+SAMPLED: Final = 2000  # untouched frames, for the latter
 PLACES: Final = 3  # neighbours at which touches are strongest, to call a taxel dead in other units
 TOUCHES: Final = 30  # least number of touched frames to detect dead taxels
 LEAST_PF: Final = 0.01  # least valid reading; a loose lead still couples 1 pF
@@ -154,6 +159,8 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFault]:
         return found
     slope = _slope(response, useless(found, shape))
     dead = slope < DEAD_SLOPE
+    if dead.any():
+        dead &= _silent(response, loaded=unit == PICOFARAD)
     if unit != PICOFARAD:
         dead &= _surrounded(response)
     if dead.any():
@@ -186,16 +193,48 @@ def _touches(response: Response) -> Iterator[Frames]:
 
 
 def _slope(response: Response, useless: Mask) -> Map:
-    """Return the slope of each taxel against its neighbours under touch; NaN if unknown."""
+    """Return the slope of each taxel against its neighbours under touch; NaN if unknown.
+
+    It is unknown where touches hardly raise the estimate from the neighbours above its noise.
+    """
     interpolator = TaxelInterpolator(*useless.shape)
+    power: list[tuple[Array, int]] = []  # of the estimate, block by block
 
     def filled() -> Iterator[tuple[Array, Array]]:
         for touched in _touches(response):
             values = touched.astype(np.float64)
             changes = np.array([interpolator.fill(change, useless) for change in values])
-            yield changes, np.array([interpolator.around(change) for change in changes])
+            around = np.array([interpolator.around(change) for change in changes])
+            power.append((np.square(around).sum(axis=0), len(around)))
+            yield changes, around
 
-    return np.where(useless, np.nan, taxel_measures.response_slope(filled()))
+    slope = taxel_measures.response_slope(filled())
+    touched = np.sum([total for total, _ in power], axis=0) / sum(n for _, n in power)
+    idle = np.flatnonzero(response.idle)
+    chosen = idle[np.linspace(0, len(idle) - 1, min(len(idle), SAMPLED)).astype(np.int64)]
+    noise = np.zeros(useless.shape)
+    for i in chosen:
+        still = interpolator.fill(response.change[i].astype(np.float64), useless)
+        noise += np.square(interpolator.around(still)) / len(chosen)
+    return np.where(useless | (touched < NEAR**2 * noise), np.nan, slope)
+
+
+def _silent(response: Response, *, loaded: bool) -> Mask:
+    """Return the taxels that change no more under touch than without, (rows, columns).
+
+    A finger on a `loaded` skin, in pF, also changes the readings of its row a little.
+    """
+
+    def power(chosen: Mask) -> Map:
+        squares = [
+            np.square(response.change[part][chosen[part]]).sum(axis=0, dtype=np.float64)
+            for part in blocks.blocks(response.change)
+        ]
+        return np.asarray(np.sum(squares, axis=0) / max(1, int(chosen.sum())))
+
+    touched = power(response.known & response.touched)
+    least = LOADED**2 * float(np.median(touched)) if loaded else 0.0
+    return np.asarray(touched <= np.maximum(SILENT**2 * power(response.idle), least))
 
 
 def _surrounded(response: Response) -> Mask:

@@ -14,10 +14,11 @@ from controller.cli import recordings as command
 from controller.recordings import importer, reader
 from controller.recordings.description import Description
 from controller.recordings.description import described as read_description
-from controller.recordings.quality import check
+from controller.recordings.quality import check, taxels
 from controller.recordings.quality.check import Level
 from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording, RecordingError
+from controller.shared.taxel_measures import TaxelFault
 from tests.support.other_sensors import NAMES, Sensor, bursts, recorded, ticks
 
 Clock = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
@@ -107,6 +108,24 @@ def test_a_taxel_that_never_reacts_between_touches_around_it_is_still_dead() -> 
     arrays["frames"][:, 3, 2] = np.rint(noise)
     [made] = importer.recordings(arrays, described())
     assert check.examine(Path("x.npz"), made).useless == ((3, 2),)
+
+
+def test_a_taxel_that_responds_in_its_own_way_is_not_dead() -> None:
+    """An electrode beside others rises under one gesture and falls under the other."""
+    arrays = recorded(Sensor(touches=40, finger=1.5), 1)
+    own = 200.0 * np.sin(np.arange(len(arrays["t"])) / 3.0) * (arrays["label"] > 0)
+    arrays["frames"][:, 3, 2] = np.rint(own + np.random.default_rng(2).normal(0.0, 2.0, len(own)))
+    [made] = importer.recordings(arrays, described())
+    report = check.examine(Path("x.npz"), made)
+    assert (report.level, report.useless) == (Level.GOOD, ())
+
+
+def test_no_recording_fails_for_dead_taxels(monkeypatch: pytest.MonkeyPatch) -> None:
+    half = np.arange(24).reshape(6, 4) % 2 == 0
+    monkeypatch.setattr(taxels, "examine", lambda *_: [TaxelFault("dead", half, "dead")])
+    report = check.examine(Path("x.npz"), imported(Sensor()))
+    assert report.level is Level.DOUBTFUL
+    assert len(report.useless) == 12
 
 
 @pytest.mark.parametrize("rest", ["frames", "untouched"])
