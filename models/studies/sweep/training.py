@@ -149,9 +149,9 @@ def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
 
 def _trees(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train trees on features of windows, judged as CNN-3D is."""
-    trees = baseline.train(taught.examples, asked.seed)
+    forests = baseline.train(taught.examples, asked.seed)
     classes = len(taught.vocabulary.labels)
-    held = _judged(unseen, baseline.predict(trees, unseen.examples, classes))
+    held = _judged(unseen, baseline.predict(forests, unseen.examples, classes))
     return {**_summary((), len(taught.examples.ends)), "held": held}
 
 

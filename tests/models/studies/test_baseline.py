@@ -90,8 +90,9 @@ def test_trees_learn_from_windows_evenly_spread_and_name_each() -> None:
     images[label == 1, :, 0] += 1.0
     images[label == 2, :, 2] += 1.0
     one = examples(label.tolist(), images=images, ends=list(range(2, 120)), window=WINDOW)
-    trees = baseline.train(one, 0)
-    answers = baseline.predict(trees, one, 4)
+    forests = baseline.train(one, 0)
+    answers = baseline.predict(forests, one, 4)
+    np.testing.assert_allclose(answers.sum(axis=1), 1.0, rtol=1e-5)
     assert answers.shape == (118, 4)
     assert not answers[:, 3].any()  # no training window had this class
     assert (answers.argmax(axis=1) == label[2:]).mean() > 0.95
