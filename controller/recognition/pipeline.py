@@ -28,7 +28,8 @@ LATER: Final = (
     *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
-    *("debounce.tapped", "debounce.levels", "debounce.lasting", "contact.level"),
+    *("debounce.tapped", "debounce.levels", "debounce.lasting"),
+    "contact.level",
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
@@ -65,7 +66,8 @@ class Step:
         ready: The rest image exists.
         quiet: The deviation is within the gate: nothing touches.
         probabilities: One per label, (classes,); 1 for "null" until the window is full.
-        touch: (x, y) of the present touch, grid units, by all its frames so far; None at rest.
+        touch: (x, y) of the present touch, grid units, by its first frames; None at rest, except
+            in a frame in which a tap fires.
         gesture: The label that fired in this frame.
         held: The label whose touch still lasts, "" if none.
         command: The command of the gesture, if it has one.
@@ -318,7 +320,8 @@ class Pipeline:
         if prepared.ready:
             released, left = before and not held, lay and not held
             self._touch.step(prepared.image, prepared.idle, null=null, released=released, left=left)
-            image = self._touch.image()
+            # A tap may be answered when it has left.
+            image = self._touch.image(latest=gesture is not None)
             touch = None if image is None else self._networks.touch(image)
         if touch is not None and self._spread is not None:
             sigma = self._spread.sigma(self._touch.blur)

@@ -4,6 +4,10 @@ One frame of a noisy sensor gives a poor position, and the median of many poor p
 their common error. So the frames of a touch are averaged before the network, each weighted by its
 signal, and the residue of the touch before is subtracted.
 
+A touch is where it began. So only its first frames count, and of these only the ones before the
+finger slid: while the last third shows another place than the rest, it is left out. Images show
+another place if they differ in shape by more than the noise of both and the deepening of a finger.
+
 The noise of the stacked image, as a share of its strength, determines the uncertainty of the
 position: `PositionSpread` converts it to a standard deviation in grid units.
 """
@@ -22,6 +26,10 @@ _LEAD_S: Final = 0.05  # before the first gesture frame, in which the finger arr
 _BEFORE_S: Final = 0.3  # untouched images before that
 _FEWEST: Final = 4  # of these
 _TOUCH_S: Final = 0.3  # of a touch: where a finger slides later, it does not move the place
+_LANDING_S: Final = 0.12  # of it: so many show a place
+_CLEAR: Final = 4.0  # times its noise: the power of an image that shows a finger
+_SLID: Final = 0.3  # share of an image that differs where the finger is elsewhere: measured
+_CHANCE: Final = 1.4  # times its expectation: noise hardly reaches it
 _RISING_S: Final = 0.09  # after a touch, in which its finger rises: another's residue is none of it
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
@@ -99,12 +107,14 @@ class TouchImage:
         before = max(_FEWEST, round(_BEFORE_S * rate_hz))
         self._untouched: deque[Change] = deque(maxlen=self._lead + before)  # since the last touch
         self._most = max(_FEWEST, round(_TOUCH_S * rate_hz))
+        self._landing = max(_FEWEST, round(_LANDING_S * rate_hz))
         self._signals: deque[Change] = deque(maxlen=frames)  # of the present touch
         self._gap: list[Change] = []  # those since the last gesture frame
         self._left: Change = np.zeros(self._shape)  # residue before the touch
         self._touched = False
         self._noise = 0.0  # variance of a taxel while nothing touched
         self._residue = 0.0  # variance of the residue before the touch
+        self._image: Image | None = None  # of the signals, if computed
         self.blur = 0.0
 
     def step(
@@ -134,24 +144,20 @@ class TouchImage:
         for newest in (*self._gap, signal):
             if len(self._signals) < self._most:
                 self._signals.append(newest - self._left)
+                self._image = None
         self._gap.clear()
 
-    def image(self) -> Image | None:
-        """Return the image of the present touch, z, (rows, columns); None while there is none."""
-        if not self._touched:
+    def image(self, *, latest: bool = False) -> Image | None:
+        """Return the image of the present touch, z, (rows, columns); None while there is none.
+
+        Args:
+            latest: Without a present touch, return the image of the latest.
+        """
+        if not (self._touched or latest) or not self._signals:
             return None
-        signals = np.array(self._signals).reshape(len(self._signals), -1)
-        mean, shares = signals.mean(axis=0), np.full(len(signals), 1.0 / len(signals))
-        for _ in range(_ROUNDS):  # a matched filter: weights by similarity to the mean
-            weights = np.maximum(signals @ mean, 0.0)
-            total = float(weights.sum())
-            if total <= 0.0:
-                break
-            shares = weights / total
-            mean = shares @ signals
-        noise = self._noise * float(shares @ shares) + self._residue
-        self.blur = math.sqrt(noise / max(float(mean @ mean), noise, _TINY))
-        return np.asarray(1.0 + mean, dtype=np.float32).reshape(self._shape)
+        if self._image is None:
+            self._image = self._averaged()
+        return self._image
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
@@ -171,6 +177,7 @@ class TouchImage:
         self._untouched.extend(state["untouched"])
         self._signals.clear()
         self._signals.extend(state["signals"])
+        self._image = None
         self._gap = list(state["gap"])
         self._left = state["left"].copy()
         self._touched = bool(state["touched"][0]) and bool(self._signals)
@@ -194,7 +201,6 @@ class TouchImage:
             self._untouched.clear()
             self._untouched.extend(self._gap[self._rising :])
             self._skip = max(0, self._rising - len(self._gap))
-            self._signals.clear()
             self._gap.clear()
 
     def _begin(self, idle: float) -> None:
@@ -211,6 +217,41 @@ class TouchImage:
         self._signals.extend(signal - self._left for signal in recent[-self._lead :])
         self._touched, self._skip = True, 0
 
+    def _averaged(self) -> Image:
+        """Return the mean of the images before the finger slid, and measure its blur."""
+        signals = np.array(self._signals).reshape(len(self._signals), -1)
+        while (first := 2 * len(signals) // 3) >= self._landing and self._slid(signals, first):
+            signals = signals[:first]
+        mean, share = _filtered(signals)
+        noise = self._noise * share + self._residue
+        self.blur = math.sqrt(noise / max(float(mean @ mean), noise, _TINY))
+        return np.asarray(1.0 + mean, dtype=np.float32).reshape(self._shape)
+
+    def _slid(self, signals: Change, first: int) -> bool:
+        """Return whether images (n, taxels) after the first show another place than these."""
+        (before, share), (after, later) = _filtered(signals[:first]), _filtered(signals[first:])
+        noise, power = self._noise * len(before), float(before @ before)
+        if power <= _CLEAR * (noise * share + self._residue * len(before)):
+            return False
+        scale = float(after @ before) / power
+        rest = after - scale * before
+        by_noise = noise * (later + scale * scale * share)
+        seen = max(0.0, float(after @ after) - noise * later)
+        return float(rest @ rest) > _CHANCE * by_noise + _SLID**2 * seen
+
     def _stack(self, signals: "deque[Change] | list[Change]") -> Change:
         """Return images (rows, columns) as (n, rows, columns)."""
         return np.array(signals) if signals else np.empty((0, *self._shape))
+
+
+def _filtered(signals: Change) -> tuple[Change, float]:
+    """Return the mean of images (n, taxels) by a matched filter, and its share of their noise."""
+    mean, shares = signals.mean(axis=0), np.full(len(signals), 1.0 / len(signals))
+    for _ in range(_ROUNDS):  # weights by similarity to the mean
+        weights = np.maximum(signals @ mean, 0.0)
+        total = float(weights.sum())
+        if total <= 0.0:
+            break
+        shares = weights / total
+        mean = shares @ signals
+    return mean, float(shares @ shares)

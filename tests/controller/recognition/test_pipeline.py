@@ -77,6 +77,16 @@ def test_a_tap_soon_after_another_has_its_own_place() -> None:
     assert [(r.command, r.touch) for r in records] == [("left", (0.0, 3.0)), ("right", (4.0, 3.0))]
 
 
+def test_a_tap_that_is_answered_late_is_where_it_was() -> None:
+    slow = DebounceSettings(smoothing=0.2, on=1.05, off=0.5, least=0.8)
+    tapped = Pipeline(replace(SHIPPED.settings, debounce=slow), Certain(), SHIPPED.mapping)
+    steps = played(tapped, [REST] * 20 + [pressed(0, 3)] * 9 + [REST] * 8)
+    answer = next(step for step in steps if step.command)
+    assert answer.command is not None
+    assert (answer.command.command, answer.command.touch) == ("left", (0.0, 3.0))
+    assert steps[answer.frame].touch is None  # it was over two frames before
+
+
 def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:
     class Doubtful(Certain):
         def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:

@@ -55,6 +55,28 @@ def test_a_finger_that_slides_later_does_not_move_the_place() -> None:
     assert slid[2, 3] < 1.05
 
 
+def sliding(noise: float, seed: int = 7, to: int = 3) -> tuple[NDArray[np.float32], float]:
+    """The image at 40 Hz and its blur: a finger lands at column 1 and is elsewhere after .15 s."""
+    rng, touch = np.random.default_rng(seed), TouchImage(120, 5, 5, 40.0)
+    for image in [QUIET] * 14 + [finger(1)] * 6 + [finger(to)] * 10:
+        noisy = (image + noise * rng.standard_normal((5, 5))).astype(np.float32)
+        touch.step(noisy, noise * math.sqrt(2 / math.pi), null=image is QUIET)
+    return seen(touch), touch.blur
+
+
+def test_a_finger_that_slides_at_once_is_where_it_landed() -> None:
+    image, blur = sliding(0.01)
+    assert image[2, 1] == pytest.approx(1.2, abs=0.02)
+    assert image[2, 3] < 1.02
+    assert blur > 1.1 * sliding(0.01, to=1)[1]  # fewer images, more noise
+
+
+def test_noise_does_not_look_like_a_slide() -> None:
+    lying = [sliding(0.05, seed, to=1)[0] for seed in range(40)]
+    errors = [np.abs(image - finger(1)).mean() for image in lying]
+    assert np.mean(errors) < 0.8 * 0.05 * math.sqrt(1 / 10 + 1 / 12)  # of ten images, and of rest
+
+
 def test_firm_frames_count_more_than_faint_ones() -> None:
     arriving = [finger(1, depth) for depth in (0.02, 0.2, 0.2)]
     assert seen(shown(*arriving))[2, 1] == pytest.approx(1.2, abs=0.02)
@@ -86,6 +108,15 @@ def test_a_blink_of_the_networks_does_not_end_a_touch() -> None:
     assert seen(touch).tolist() == finger(1).tolist()
     touch.step(finger(1), 0.0, null=False)
     assert seen(touch)[2, 1] == pytest.approx(1.2)
+
+
+def test_the_latest_touch_is_kept_until_the_next_one() -> None:
+    touch = shown(finger(1), finger(1), QUIET, QUIET, QUIET)
+    assert touch.image() is None
+    latest = touch.image(latest=True)
+    assert latest is not None
+    assert latest.tolist() == finger(1).tolist()
+    assert shown().image(latest=True) is None
 
 
 def test_when_a_gesture_is_over_the_next_touch_is_another_one() -> None:
