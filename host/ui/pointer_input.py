@@ -11,7 +11,7 @@ A mouse has three ways to touch:
   thumb and fingers on the dome, and they turn as the pointer goes on.
 
 So the finger of a press on the rim waits until the pointer rests, or the button is up again, and
-stays for as long as the button was down.
+stays for as long as the button was down. It lands where the button went down, and follows then.
 
 The fingers of a touch screen and of a phone pass through as they are, several at once.
 """
@@ -43,6 +43,7 @@ TWIST_FINGERS_DEG: Final = (270.0, 57.0, 90.0, 123.0)
 TURN_DEG: Final = 8.0  # how far the pointer goes round before a press becomes a twist
 TURN_SLANT: Final = 0.5  # of its way round: how far it may go in or out on it
 REST_S: Final = 0.2  # after pressing a button a hand moves within this time, or rests
+FOLLOW_S: Final = 0.3  # in which a finger that waited slides to the pointer
 REST_DEG: Final = 0.5  # a pointer that goes round by less rests: two pixels
 RIM_MARGIN: Final = 0.55  # grid units beyond the outer taxels, where the rim begins
 CORNER_MARGIN: Final = 0.2  # grid units beyond the corner taxels, alike
@@ -208,8 +209,8 @@ class PointerInput:
         self._follow_button(now_s)
         mouse: list[Contact] = []
         if self.mode is Mode.PRESS and now_s >= self._down_s:
-            depth_mm = self.pad.press_mm(*self._pointer)
-            mouse = [self._contact(0, *self._pointer, depth_mm)]
+            place = self._finger(now_s)
+            mouse = [self._contact(0, *place, self.pad.press_mm(*place))]
         elif self.mode is Mode.PINCH:
             mouse = self._pinch(now_s - self._since_s)
         elif self.mode is Mode.TWIST:
@@ -247,10 +248,17 @@ class PointerInput:
         if now_s >= self._until_s - _EPSILON_S:
             self.mode = None
 
+    def _finger(self, now_s: float) -> tuple[float, float]:
+        """Return where the finger of a press is: where it landed, then where the pointer is."""
+        if self._down_s == self._since_s:
+            return self._pointer
+        (x, y), (to_x, to_y) = self._began, self._pointer
+        share = _eased((now_s - self._down_s) / FOLLOW_S)
+        return x + share * (to_x - x), y + share * (to_y - y)
+
     def _pinch(self, held_s: float) -> list[Contact]:
-        closed = min(1.0, max(0.0, held_s / PINCH_CLOSE_S))
-        eased = closed * closed * (3 - 2 * closed)  # hands start and stop gently
-        apart_mm = PINCH_OPEN_MM + (PINCH_CLOSED_MM - PINCH_OPEN_MM) * eased
+        closed = _eased(held_s / PINCH_CLOSE_S)
+        apart_mm = PINCH_OPEN_MM + (PINCH_CLOSED_MM - PINCH_OPEN_MM) * closed
         x, y = self.pad.clamp(*self._pointer, PINCH_REACH)
         apart = apart_mm / self.pad.pitch_mm
         return [
@@ -288,3 +296,9 @@ class PointerInput:
         begun = self.pad.distance(*self._began)
         strayed = abs(self.pad.distance(*self._pointer) - begun)
         return strayed <= TURN_SLANT * abs(self._round) * begun
+
+
+def _eased(share: float) -> float:
+    """Return the share of a way after a share of its time: hands start and stop gently."""
+    share = min(1.0, max(0.0, share))
+    return share * share * (3 - 2 * share)

@@ -95,6 +95,15 @@ def test_held_button_on_the_rim_presses_once_the_pointer_rests() -> None:
     assert fingers(touch, [5.1, 5.1 + pointer_input.REST_S]) == [1, 0]
 
 
+def test_finger_that_waited_lands_where_the_button_went_down_and_follows_the_pointer() -> None:
+    touch = PointerInput()
+    touch.press(5.2, 2.0, now_s=0.0)
+    assert fingers(touch, [0.05]) == [0]
+    touch.move(3.0, 2.0)  # off the rim, so it is no turn
+    after = [touch.contacts(0.1 + pointer_input.FOLLOW_S * share) for share in (0.0, 0.5, 1.0)]
+    assert [contact.x for (contact,) in after] == pytest.approx([5.2, 4.1, 3.0])
+
+
 def test_finger_presses_deeper_the_less_the_taxels_feel_of_it() -> None:
     depths = []
     for x in (2.0, 4.0, 4.5, 5.0, 5.5):
