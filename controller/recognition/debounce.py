@@ -8,7 +8,8 @@ it falls below. In a touch one gesture fires, at the first of these moments:
 - the touch ends and it was the most probable one, at least `least` at its height and
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first. The
   finger must have left: where the level of the contact stays, the network has found that the touch
-  is no gesture, as of an elbow that first looked like a finger.
+  is no gesture, as of an elbow that first looked like a finger. And it must have come since the
+  last answer: pressure moves all taxels alike, and a finger that slides off the dome came before.
 
 A gesture that may begin as its opposite, as a twist that is wound up, is `slow`: it fires when the
 touch has lasted for `slow_s`, or ended.
@@ -47,6 +48,7 @@ _MARGIN = 1.2  # of the longest time in the streams: people vary
 LONGEST_S = 0.6  # a command that comes later feels lost
 
 _BEFORE_S = 0.25  # the lowest level in this time is that before a touch
+_FINGER = 0.06  # share of the level by which a finger that taps raises the uneven one
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
 
 NULL = 0  # the class "null" comes first in every bundle
@@ -138,6 +140,7 @@ class Debouncer:
         self._touch = np.zeros((2, 2))  # those before the present touch, and the highest in it
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
+        self._lowest = 0.0  # uneven level since the last answer
         self.tapped = 0.0
 
     @property
@@ -177,6 +180,8 @@ class Debouncer:
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
         fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
+        if uneven is not None:
+            self._lowest = uneven if fired != NULL else min(self._lowest, uneven)
         return self.labels[fired] if fired != NULL else None
 
     def state(self) -> State:
@@ -192,6 +197,7 @@ class Debouncer:
             "levels": self._levels.copy(),
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
+            "lowest": np.array([self._lowest]),
         }
 
     def restore(self, state: State) -> None:
@@ -204,6 +210,7 @@ class Debouncer:
         self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:5], lasting[5:]
         self._touch = self._touch.reshape(2, 2)
         self.tapped = float(state["tapped"][0])
+        self._lowest = float(state["lowest"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
@@ -285,7 +292,7 @@ class Debouncer:
     def _end(self) -> int:
         """End a touch, if there is one; return the class that it was after all, or NULL."""
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
-        low, high = self._touch[:, 0]
+        low, (high, uneven) = self._touch[0, 0], self._touch[1]
         lifted = self.settings.lifted
         enough = (
             self._held == NULL
@@ -293,6 +300,7 @@ class Debouncer:
             and self._peak[best] >= self.settings.least
             and self._sum[best] / self._rate_hz >= self.settings.brief_s
             and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
+            and (lifted > 1.0 or uneven - self._lowest >= _FINGER * high)
         )
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0

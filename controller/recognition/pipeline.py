@@ -28,7 +28,7 @@ LATER: Final = (
     *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
-    *("debounce.tapped", "debounce.levels", "debounce.lasting"),
+    *("debounce.tapped", "debounce.levels", "debounce.lasting", "debounce.lowest"),
     "contact.level",
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only

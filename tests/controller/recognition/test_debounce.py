@@ -186,6 +186,27 @@ def test_a_touch_in_which_the_network_changes_its_mind_is_no_tap(
     assert leveled(stream, levels, replace(TAPS, lifted=0.5), 0.9)[0] == expected
 
 
+@pytest.mark.parametrize(
+    ("second", "uneven", "answers"),
+    [
+        ([0.0, 0.5, 0.0], [0.0, 0.3, 0.0], 2),  # another tap
+        ([0.0, 0.2, 0.0], [0.0, 0.0, 0.0], 1),  # pressure moves all taxels alike
+        ([0.2, 0.2, 0.0], [0.2, 0.2, 0.0], 1),  # the same finger slides off the dome
+    ],
+)
+def test_a_tap_is_a_finger_that_has_come_since_the_last_answer(
+    second: list[float], uneven: list[float], answers: int
+) -> None:
+    stage, found = Debouncer(LABELS, replace(TAPS, lifted=0.5), rate_hz=40.0), []
+    levels = [(0.0, 0.0, NULL)] * 10 + [(0.5, 0.3, PRESS)] * 3
+    for level, one, label in zip(second, uneven, (NULL, PRESS, NULL), strict=True):
+        levels += [(level, one, label)] * (4 if label else 10)
+    for level, one, label in levels:
+        fired = stage.step(sure(label, 0.9), level=level, uneven=one)
+        found += [] if fired is None else [fired]
+    assert found == ["press"] * answers
+
+
 def test_a_slow_gesture_waits_until_it_is_sure_or_its_touch_ends() -> None:
     slow = replace(TAPS, slow=("twist_cw",), slow_s=0.3)
     turn = LABELS.index("twist_cw")
