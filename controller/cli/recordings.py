@@ -187,7 +187,10 @@ def _import_one(
                 f"cannot write {target}: {reason(error)}; choose another --out"
             ) from None
         frames = len(recording.t)
-        print(f"{target}: {count(frames, 'frame')}, {summary.duration(frames / origin.rate_hz)}")
+        length = summary.duration(frames / origin.rate_hz)
+        found = "as described" if description.sign else "as found from the frames"
+        effect = "raises" if origin.sign > 0 else "lowers"
+        print(f"{target}: {count(frames, 'frame')}, {length}; touch {effect} readings, {found}")
 
 
 def _ids(folder: Path) -> dict[str, Path]:

@@ -8,6 +8,7 @@ from controller.recognition.images.scale import SIGNS
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
 from controller.shared.config import checked, settings
 
+TIME_UNITS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # seconds
 ALONE: Final = "01"  # user and session if the description names none
 
 
@@ -18,12 +19,13 @@ class Description:
     frames: str  # array of frames, (n, rows, columns), or (n, taxels) with the next two
     pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
     unit: str = PICOFARAD  # of the frames
-    # what a touch does to the frames, of `SIGNS`; "": they fall in pF, else it is found out
+    # what a touch does to the frames, of `SIGNS`; "": it is found out
     sign: str = field(default="", metadata={"choices": ("", *SIGNS)})
     rows: int = 0  # taxel rows; 0: as in the array
     columns: int = 0  # taxel columns; 0: as in the array
     rate_hz: float = 0.0  # frames per second; 0: frames over time
-    time: str = ""  # array of times in seconds, (n,); "": uniform intervals at `rate_hz`
+    time: str = ""  # array of times, (n,); "": uniform intervals at `rate_hz`
+    time_unit: str = field(default="s", metadata={"choices": tuple(TIME_UNITS)})  # of these times
     # a longer interval begins a new stretch, as time that goes back does; 0: none
     gap_s: float = 0.0
     drop_repeated: bool = False  # leave out frames that have the time of the frame before
@@ -51,6 +53,11 @@ class Description:
     def __post_init__(self) -> None:
         if not self.time and not self.rate_hz:
             raise ValueError("neither 'time' nor 'rate_hz', so the rate is unknown")
+        if 0.0 < self.rate_hz < 1.0:
+            raise ValueError(
+                f"rate_hz = {self.rate_hz:g}; expected is 1 or more frames a second; a period of "
+                f"{self.rate_hz:g} s is rate_hz = {1.0 / self.rate_hz:g}"
+            )
         if self.label and not self.label_names:
             raise ValueError("'label', but no 'label_names' for its numbers")
         if isinstance(self.label_names, list):

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.drift import tone
 from controller.recognition.images.scale import SIGNS
-from controller.recordings.description import ALONE, Description
+from controller.recordings.description import ALONE, TIME_UNITS, Description
 from controller.recordings.recording import (
-    PICOFARAD,
     UNKNOWN,
     Mark,
     Provenance,
@@ -31,6 +30,8 @@ from controller.shared.errors import reason
 NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
 SAMPLED: Final = 2_000  # frames from which the sign is found out
+_POSSIBLE_HZ: Final = (1.0, 10_000.0)  # frames per second; beyond, times are in another unit
+_USUAL_HZ: Final = (5.0, 500.0)
 _DIGITS: Final = 2  # of a user's or session's number
 
 Arrays = dict[str, NDArray[Any]]
@@ -93,10 +94,13 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     labels, column = _labels(arrays, description, count)
     rest, marks = _rest(arrays, description, frames), _marks(arrays, description, labels, column)
     sign = SIGNS[description.sign or "falls"]
-    if not description.sign and description.unit != PICOFARAD:
+    if not description.sign:
         sign = _sign(frames, column == 0, None if description.rest == description.frames else rest)
     groups = list(_groups(arrays, description, count))
-    rate_hz = description.rate_hz or _rate(times, [rows for _, _, rows in groups], description)
+    rate_hz = description.rate_hz
+    if times is not None and len(times) > 1:
+        measured_hz = _rate(times, [rows for _, _, rows in groups], description)
+        rate_hz = rate_hz or measured_hz
     for user, session, chosen in groups:
         rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         with np.errstate(over="ignore"):  # what is no number is refused later, in a sentence
@@ -176,7 +180,7 @@ def _times(arrays: Arrays, description: Description, count: int) -> NDArray[np.f
     times = _column(arrays, description.time, count).astype(np.float64)
     if not np.isfinite(times).all():
         raise RecordingError(f"the array {description.time!r} has times that are no numbers")
-    return times
+    return times * TIME_UNITS[description.time_unit]
 
 
 def _labels(
@@ -276,17 +280,32 @@ def _marks(
 
 
 def _rate(
-    times: NDArray[np.float64] | None, groups: Sequence[NDArray[np.int64]], description: Description
+    times: NDArray[np.float64], groups: Sequence[NDArray[np.int64]], description: Description
 ) -> float:
-    """Return the frames per second: frames over time in stretches of times, (n,), three digits."""
-    assert times is not None  # a description has one or the other
+    """Return the frames per second: frames over time in stretches of times, (n,), three digits.
+
+    RecordingError if times do not rise, or cannot be in their unit.
+    """
     steps = np.concatenate([np.diff(times[rows]) for rows in groups])
     steps = steps[(steps > 0.0) if description.drop_repeated else (steps >= 0.0)]
     if description.gap_s and (steps <= description.gap_s).any():
         steps = steps[steps <= description.gap_s]
     if not (steps > 0.0).any():
         raise RecordingError("the times do not rise, so the rate is unknown; give rate_hz")
-    return float(f"{mean_rate(steps):.3g}")
+    rate_hz = float(f"{mean_rate(steps):.3g}")
+    if not _POSSIBLE_HZ[0] <= rate_hz <= _POSSIBLE_HZ[1]:
+        fits = [
+            unit
+            for unit, scale in TIME_UNITS.items()
+            if _USUAL_HZ[0] <= rate_hz * TIME_UNITS[description.time_unit] / scale <= _USUAL_HZ[1]
+        ]
+        likely = " or ".join(f'time_unit = "{unit}"' for unit in fits) or "its true time_unit"
+        raise RecordingError(
+            f"the array {description.time!r} has {rate_hz:g} frames a second if it is in "
+            f"{description.time_unit}; expected are {_POSSIBLE_HZ[0]:g} to {_POSSIBLE_HZ[1]:g}; "
+            f"say {likely}"
+        )
+    return rate_hz
 
 
 def _groups(
@@ -362,7 +381,10 @@ def _id(
 ) -> str:
     """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
-    known = {key: value for key, value in asdict(description).items() if key != "sign" or value}
+    known = asdict(description)
+    for key, usual in (("sign", ""), ("time_unit", "s")):  # ids are those of before there were any
+        if known[key] == usual:
+            del known[key]
     context = [known, user, session, arrays[0].shape]
     digest.update(json.dumps(context).encode())
     for array in (*arrays, *([] if rest is None else [rest])):

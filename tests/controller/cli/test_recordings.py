@@ -103,10 +103,11 @@ def test_arrays_of_another_sensor_become_recordings_once(tmp_path: Path, run: Ru
     status, out, _ = run(*words)
     first, second = (tmp_path / "set" / f"sub-{u}_ses-01_run-01.npz" for u in ("03", "12"))
     assert status == 0
-    assert out == f"{first}: 5 frames, 0.3 s\n{second}: 5 frames, 0.3 s\n"
+    facts = "5 frames, 0.3 s; touch lowers readings, as found from the frames"
+    assert out == f"{first}: {facts}\n{second}: {facts}\n"
     second.unlink()  # as if it had been interrupted
     _, out, _ = run(*words)
-    assert out == f"{first} is there already\n{second}: 5 frames, 0.3 s\n"
+    assert out == f"{first} is there already\n{second}: {facts}\n"
     assert len(list((tmp_path / "set").iterdir())) == 2
 
 

@@ -96,7 +96,7 @@ def test_sessions_of_a_person_are_told_apart_by_arrays() -> None:
     text = CAPFINGERID + 'session = ["hand", "finger"]\n'
     hand, finger = np.array([0, 1] * 6), np.zeros(12, dtype=np.int64)
     made = imported(
-        text, hand=hand, hand_names=np.array(["left", "right"]), finger=finger, t=np.arange(12.0)
+        text, hand=hand, hand_names=np.array(["left", "right"]), finger=finger, t=np.arange(12) / 9
     )
     assert [(r.origin.user, r.origin.session, len(r.t)) for r in made] == [
         ("03", "left00", 3), ("03", "right00", 3), ("12", "left00", 3), ("12", "right00", 3),

@@ -200,7 +200,43 @@ def test_what_a_touch_does_to_the_readings_is_found_out_or_taken_as_given(
     assert imported(sensor, sign="rises").origin.sign == 1
     unlabelled = imported(sensor, label="", label_names=(), null="")
     assert unlabelled.origin.sign == sign
-    assert imported(sensor, unit="pF").origin.signal.ratio  # as on the orb
+    assert imported(sensor, unit="pF").origin.sign == sign  # self-capacitance rises
+
+
+RISES, FALLS = {"level": 500.0, "change": 200.0}, {"level": 900.0, "change": -200.0}
+
+
+@pytest.mark.parametrize(
+    ("sensor", "unit", "scale", "keys", "expected"),
+    [
+        (RISES, "pF", 1.0, {}, 1),
+        (FALLS, "pF", 1.0, {}, -1),
+        (RISES, "counts", 1.0, {}, 1),
+        (FALLS, "kOhm", 1.0, {}, -1),
+        (RISES, "pF", 1e3, {"time_unit": "ms"}, 1),
+        (FALLS, "counts", 1e6, {"time_unit": "us"}, -1),
+        (RISES, "pF", 1e3, {}, r"0\.04 frames a second if it is in s; .* say time_unit = \"ms\""),
+        (FALLS, "pF", 1e6, {"rate_hz": 40.0}, r"say time_unit = \"us\""),
+        (RISES, "counts", 1.0, {"time_unit": "ms"}, 'say time_unit = "s"'),
+        (RISES, "counts", 1.0, {"rate_hz": 0.025}, "a period of 0.025 s is rate_hz = 40"),
+    ],
+)
+def test_skins_of_any_sign_unit_and_rate_are_imported_or_refused_in_a_sentence(
+    sensor: dict[str, Any], unit: str, scale: float, keys: dict[str, Any], expected: int | str
+) -> None:
+    def clock(true_s: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        return true_s * scale
+
+    if isinstance(expected, str):
+        with pytest.raises(ValueError, match=expected):
+            imported(Sensor(**sensor), clock, unit=unit, **keys)
+        return
+    made = imported(Sensor(**sensor), clock, unit=unit, **keys)
+    assert made.origin.sign == expected
+    assert made.rate_hz == pytest.approx(40.0, rel=0.01)
+    response = respond(made)
+    assert response.touched[made.cue > 0].mean() > 0.92
+    assert (~response.touched)[made.cue == 0].mean() > 0.99
 
 
 def test_a_sign_that_does_not_exist_is_refused(tmp_path: Path) -> None:
