@@ -147,12 +147,12 @@ def _import(argv: Sequence[str]) -> int:
     """Import another sensor's arrays; print the new files, and the sources that cannot be read."""
     grammar = Parser(
         prog="controller recordings import",
-        description="Turn the arrays of another sensor (.npz or .npy) into recordings, one for "
-        "each person and session, as a short TOML file describes them (docs/recording.md). "
+        description="Turn arrays or tables of another sensor (.npz, .npy, .csv) into recordings, "
+        "one for each person and session, as a short TOML file describes them (docs/recording.md). "
         "Existing files are kept, so an interrupted import continues where it was.",
     )
     add = grammar.add_argument
-    add("sources", metavar="SOURCE", nargs="+", type=Path, help="arrays")
+    add("sources", metavar="SOURCE", nargs="+", type=Path, help="arrays, or a table")
     add("description", metavar="DESCRIPTION", type=Path, help="TOML about them")
     text = "the folder to write into (default: this one)"
     add("--out", metavar="DIR", type=Path, default=Path(), help=text)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.images.drift import tone
 from controller.recognition.images.scale import SIGNS
+from controller.recordings import tables
 from controller.recordings.description import ALONE, TIME_UNITS, Description
 from controller.recordings.recording import (
     UNKNOWN,
@@ -38,10 +39,12 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def read(path: Path, description: Description) -> Arrays:
-    """Return the described arrays of an .npz or .npy; RecordingError if one cannot be read.
+    """Return the described arrays of an .npz, .npy or .csv; RecordingError if one cannot be read.
 
     Refused is also what would take more than half of the free memory.
     """
+    if path.suffix == ".csv":
+        return tables.read(path, description)
     try:
         _check_memory(path, description)
         if path.suffix == ".npy":
@@ -382,7 +385,11 @@ def _id(
     """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
     known = asdict(description)
-    for key, usual in (("sign", ""), ("time_unit", "s")):  # ids are those of before there were any
+    for key, usual in (
+        ("sign", ""),
+        ("time_unit", "s"),
+        ("taxel", ""),
+    ):  # ids are those of before there were any
         if known[key] == usual:
             del known[key]
     context = [known, user, session, arrays[0].shape]

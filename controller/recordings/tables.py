@@ -1,0 +1,131 @@
+"""Arrays of a table: CSV with a column for each taxel (wide), or a line for each reading (long)."""
+
+import csv
+from collections import Counter
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recordings.description import Description
+from controller.recordings.recording import RecordingError
+from controller.shared import files
+from controller.shared.errors import reason
+
+MAX_BYTES: Final = 64 << 20  # of a table; in memory it takes ten times as much
+_DELIMITERS: Final = ",;\t"
+_ANY: Final = "*?["  # in `frames` of a wide table
+
+
+def read(path: Path, description: Description) -> dict[str, NDArray[Any]]:
+    """Return the described columns of a table as arrays; RecordingError with its line if unfit.
+
+    Texts of the label column are numbered, and their names are the array LABEL_names.
+    """
+    try:
+        lines = files.read_text(path, MAX_BYTES).rstrip().splitlines()
+        head = lines[0] if lines else ""
+        delimiter = max(_DELIMITERS, key=head.count)
+        cells = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    except (OSError, csv.Error) as error:
+        why = reason(error) if isinstance(error, OSError) else str(error)
+        raise RecordingError(f"cannot read {path}: {why}; name a table of numbers") from None
+    names, *rows = cells or [[]]
+    return _Table(path, names, rows, decimal_comma=delimiter != ",").arrays(description)
+
+
+class _Table:
+    """The cells of a table."""
+
+    def __init__(
+        self, path: Path, names: list[str], rows: list[list[str]], *, decimal_comma: bool
+    ) -> None:
+        """Take the cells; RecordingError if they are no table."""
+        self._path, self._comma = path, decimal_comma
+        if twice := [name for name, times in Counter(names).items() if times > 1]:
+            raise RecordingError(f"{path} has the column {twice[0]!r} twice; rename one")
+        for line, row in enumerate(rows, 2):
+            if len(row) != len(names):
+                raise RecordingError(
+                    f"{path}, line {line}: {len(row)} cells, the header has {len(names)}; "
+                    "fill or remove the line"
+                )
+        if not rows:
+            raise RecordingError(f"{path} has no line under its header; name a table with frames")
+        self._cells = dict(zip(names, zip(*rows, strict=True), strict=True))
+
+    def arrays(self, description: Description) -> dict[str, NDArray[Any]]:
+        """Return the described columns; frames are (n, taxels)."""
+        told = description
+        others = [told.time, told.label, told.subject, *told.session, told.marks]
+        texts = {name: self._text(name) for name in others if name}
+        if told.taxel:
+            frames, first = self._long(told)
+            texts = {name: cells[first] for name, cells in texts.items()}
+        else:
+            frames = self._wide(told)
+        found: dict[str, NDArray[Any]] = {told.frames: frames}
+        for name, cells in texts.items():
+            if name == told.time:
+                found[name] = self._numbers(name)[first] if told.taxel else self._numbers(name)
+            elif name == told.label and isinstance(told.label_names, str):
+                words = np.char.replace(cells, " ", "_")
+                found[told.label_names], found[name] = np.unique(words, return_inverse=True)
+            elif name != told.marks and all(cell.lstrip("-").isdecimal() for cell in cells):
+                found[name] = cells.astype(np.int64)
+            else:
+                found[name] = cells
+        return found
+
+    def _wide(self, description: Description) -> NDArray[np.float64]:
+        """Return the columns whose names match `frames`, in order, (n, taxels)."""
+        pattern = description.frames
+        named = [name for name in self._cells if fnmatchcase(name, pattern)]
+        if not named or not set(pattern) & set(_ANY):
+            raise RecordingError(
+                f"{self._path} has {len(named)} columns like frames = {pattern!r}; expected is a "
+                "pattern of all taxels, such as 'c*', or taxel = the column of their numbers"
+            )
+        return np.stack([self._numbers(name) for name in named], axis=1)
+
+    def _long(self, description: Description) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Return frames, (n, taxels), and the first line of each; taxels count up in each frame."""
+        taxel, value = self._numbers(description.taxel), self._numbers(description.frames)
+        first = np.flatnonzero(np.diff(taxel, prepend=np.inf) <= 0.0)
+        count = int(first[1]) if len(first) > 1 else len(taxel)
+        expected = np.tile(taxel[:count], len(first))
+        unlike = np.flatnonzero(taxel[: len(expected)] != expected[: len(taxel)])
+        if len(unlike) or len(taxel) != len(expected):
+            line = 2 + int(unlike[0] if len(unlike) else min(len(taxel), len(expected)))
+            raise RecordingError(
+                f"{self._path}, line {line}: another {description.taxel!r} than in the first "
+                f"frame of {count} taxels; sort by time and taxel, and complete or remove the frame"
+            )
+        return value.reshape(len(first), count), first
+
+    def _text(self, name: str) -> NDArray[Any]:
+        """Return the cells of a column as texts, (n,)."""
+        if name not in self._cells:
+            columns = ", ".join(list(self._cells)[:8])
+            raise RecordingError(
+                f"{self._path} has no column {name!r}, which the description names; "
+                f"it has {columns}"
+            )
+        return np.array(self._cells[name])
+
+    def _numbers(self, name: str) -> NDArray[np.float64]:
+        """Return the cells of a column as finite numbers, (n,)."""
+        found = np.empty(len(self._text(name)))
+        for i, cell in enumerate(self._cells[name]):
+            try:
+                found[i] = float(cell.replace(",", ".") if self._comma else cell)
+            except ValueError:
+                found[i] = np.nan
+            if not np.isfinite(found[i]):
+                raise RecordingError(
+                    f"{self._path}, line {i + 2}, column {name!r}: {cell!r} is no number; "
+                    "fill it, or remove the line"
+                )
+        return found

@@ -1,0 +1,101 @@
+"""Tables of other sensors: wide and long CSV become recordings, without code."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.recordings import importer
+from controller.recordings.description import Description
+from controller.recordings.recording import RecordingError
+
+WIDE = Description(
+    frames="c*", unit="counts", pitch_mm=5.0, rows=2, columns=2, time="t", label="task",
+    label_names="tasks", null="at_rest", subject="who",
+)  # fmt: skip
+LONG = Description(
+    frames="value", taxel="taxel", unit="counts", pitch_mm=5.0, rows=2, columns=2, time="t",
+    label="task", label_names="tasks", null="at_rest", subject="who",
+)  # fmt: skip
+FRAMES = np.arange(24).reshape(6, 4) / 4.0
+TASKS = ["at rest", "at rest", "tap", "tap", "long hold", "at rest"]
+
+
+def wide(delimiter: str = ",", decimal: str = ".") -> str:
+    """A line for each frame."""
+    text = io.StringIO()
+    lines = csv.writer(text, delimiter=delimiter)
+    lines.writerow(["t", "c0", "c1", "c2", "c3", "task", "who"])
+    for i, (frame, task) in enumerate(zip(FRAMES.tolist(), TASKS, strict=True)):
+        numbers = [str(number).replace(".", decimal) for number in (i / 10, *frame)]
+        lines.writerow([*numbers, task, "ada"])
+    return text.getvalue()
+
+
+def long() -> str:
+    """A line for each reading."""
+    text = io.StringIO()
+    lines = csv.writer(text)
+    lines.writerow(["t", "taxel", "value", "task", "who"])
+    for i, (frame, task) in enumerate(zip(FRAMES.tolist(), TASKS, strict=True)):
+        for taxel, value in enumerate(frame):
+            lines.writerow([i / 10, taxel, value, task, "ada"])
+    return text.getvalue()
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "table.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (wide(), WIDE),
+        (wide(";", ","), WIDE),
+        (wide("\t"), WIDE),
+        ("\ufeff" + wide(), WIDE),
+        (long(), LONG),
+    ],
+    ids=["commas", "decimal commas", "tabs", "byte order mark", "long"],
+)
+def test_a_table_becomes_a_recording(tmp_path: Path, text: str, told: Description) -> None:
+    path = written(tmp_path, text)
+    [made] = importer.recordings(importer.read(path, told), told)
+    assert np.array_equal(made.frames, FRAMES.reshape(6, 2, 2))
+    assert made.t.tolist() == pytest.approx(np.arange(6) / 10)
+    assert made.origin.labels == ("null", "long_hold", "tap")
+    assert made.label.tolist() == [0, 0, 2, 2, 1, 0]
+    assert made.origin.user == "ada"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("c1,", "c0,", "has the column 'c0' twice; rename one"),
+        ("0.2,2.0,", "0.2,", "line 4: 6 cells, the header has 7; fill or remove the line"),
+        ("0.2,2.0,", "0.2,nan,", "line 4, column 'c0': 'nan' is no number; fill it, or remove"),
+        ("0.2,2.0,", "0.2,,", "line 4, column 'c0': '' is no number"),
+        ("0.2,2.0,", '0.2,"2,0",', "line 4, column 'c0': '2,0' is no number"),
+        ("who", "person", "has no column 'who', which the description names; it has t, c0"),
+        ("c", "x", "has 0 columns like frames = 'c\\*'; expected is a pattern"),
+    ],
+)
+def test_an_unfit_table_is_refused_with_its_place(
+    tmp_path: Path, old: str, new: str, complaint: str
+) -> None:
+    path = written(tmp_path, wide().replace(old, new))
+    with pytest.raises(RecordingError, match=complaint):
+        importer.read(path, WIDE)
+
+
+def test_a_long_table_without_a_reading_is_refused_with_its_line(tmp_path: Path) -> None:
+    lines = long().splitlines()
+    with pytest.raises(RecordingError, match="line 11: another 'taxel' than in the first frame"):
+        importer.read(written(tmp_path, "\n".join(lines[:10] + lines[11:])), LONG)
+    for text in ("", "t,c0\n"):
+        with pytest.raises(RecordingError, match="no line under its header"):
+            importer.read(written(tmp_path, text), LONG)
