@@ -1,9 +1,11 @@
 """Examples of a gesture, data augmentation of their windows, and the guess of its symmetries.
 
 Each example is varied in duration, strength, sampling instants and noise, and rotated and mirrored
-by its symmetries.
+by its symmetries. The noise of its own frames is removed from variations and drawn anew: otherwise
+a lesson from one example on a noisy orb learns that example's noise as part of the gesture.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -37,13 +39,16 @@ WINDOWS: Final = 10  # that a window's length of a variation gives: neighbours a
 PACE: Final = 0.2  # standard deviation of the logarithm of duration
 GAIN: Final = 0.2  # and of strength
 OFFSET: Final = 0.004  # standard deviation of the baseline error, z
-NOISE: Final = 0.003  # and of the noise of each reading
+NOISE: Final = 0.003  # and of the noise of each reading, beside the example's own
+BLUR: Final = (0.2, 0.6, 0.2)  # weights of three frames in a variation
 LEAST_EXAMPLES: Final = 3  # of which symmetries can be guessed
 COMPARED_IMAGES: Final = 4  # of a touch that are compared, evenly between its beginning and end
 DISTANCE_FACTOR: Final = 1.6  # times the usual distance: farther away it is another gesture
 SAME_DISTANCE: Final = (
     0.6  # distance of what is the same in any case; that of nothing in common is 1.4
 )
+
+_MEDIAN: Final = 0.6745  # of the absolute deviation of a normal distribution
 
 Shape = NDArray[np.float64]  # (examples, COMPARED_IMAGES, rows, columns), each of length 1
 Turn = tuple[int, bool]  # quarter turns, and whether it is mirrored before
@@ -151,17 +156,20 @@ def vary(
     """
     assert example.span is not None
     made, inside = [], []
-    before = np.repeat(example.images[:1], window - 1, axis=0)  # rest before the example
-    images = np.concatenate([before, example.images]).astype(np.float32)
+    rest = ((window - 1, 0), (0, 0), (0, 0))  # before the example
+    images = np.pad(example.images, rest, mode="edge").astype(np.float32)
+    clean, noise = denoised(example.images, blurred=window >= SLOW)
+    clean = np.pad(clean, rest, mode="edge")
     span = (example.span[0] + window - 1, example.span[1] + window - 1)
     vague = VAGUE if window >= SLOW else 0.0
     turns = _turns(example)
     for number in range(copies):
         seen, (begin, end) = (images, span)
         if number:
-            seen, at = paced(images, rng)
+            seen, at = paced(clean, rng)
             begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
             seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
+            seen = seen + noise * rng.standard_normal(seen.shape, dtype=np.float32)
         last = thinned(np.arange(window - 1, len(seen)), window, number, rng)
         clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
         last = last[clear]
@@ -171,6 +179,25 @@ def vary(
         within = (last >= begin) & (last < end)
         inside.append(np.where(within, telling, -1.0).astype(np.float32))
     return np.concatenate(made), np.concatenate(inside)
+
+
+def denoised(images: Images, *, blurred: bool) -> tuple[Images, float]:
+    """Return images (n, rows, columns) without most of their noise, and its deviation, z.
+
+    Singular values that noise alone would give are set to zero, after averaging over three frames
+    if `blurred`. Source of the bound: Marchenko and Pastur 1967.
+    """
+    noise = float(np.median(np.abs(np.diff(images, axis=0)))) / (_MEDIAN * math.sqrt(2.0))
+    change, left = images.astype(np.float64) - 1.0, noise
+    if blurred:
+        padded = np.pad(change, ((1, 1), (0, 0), (0, 0)), mode="edge")
+        change = sliding_window_view(padded, 3, axis=0) @ np.array(BLUR)
+        left *= float(np.linalg.norm(BLUR))
+    flat = change.reshape(len(change), -1)
+    left_vectors, strengths, right_vectors = np.linalg.svd(flat, full_matrices=False)
+    strengths[strengths <= left * sum(math.sqrt(side) for side in flat.shape)] = 0.0
+    clean = 1.0 + (left_vectors * strengths) @ right_vectors
+    return clean.reshape(images.shape).astype(np.float32), noise
 
 
 def thinned(

@@ -32,7 +32,8 @@ from controller.shared.notices import notice
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # variations of a label's examples together
 UNSEEN: Final = 8  # variations of each new example that tell which older gestures fire early
-SHARE: Final = 0.185  # weight of a label's noiseless examples, relative to all rehearsal data
+SHARE: Final = 0.185  # weight of a noiseless label that was trained, relative to all rehearsal data
+NEW_SHARE: Final = 0.27  # and of a new one
 NOISY: Final = 0.2  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
 LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
@@ -271,15 +272,18 @@ class _Lesson:
         kind = np.where(inside, self.labels.index(one.label), 0)
         within = telling / max(1.0, float(telling[inside].sum()))
         each = np.where(inside, within, AROUND / max(1.0, float((~inside).sum())))
-        return windows, kind, weight_of(one, self.rate_hz) * each / alike
+        new = self.labels.index(one.label) >= len(self.head.out)
+        return windows, kind, weight_of(one, self.rate_hz, new=new) * each / alike
 
 
-def weight_of(example: Example, rate_hz: float = 10.0) -> float:
+def weight_of(example: Example, rate_hz: float = 10.0, *, new: bool = False) -> float:
     """Return the weight of a label's only example, relative to all rehearsal data.
 
-    The noise that halves it grows with the root of the rate, as that of a frame does.
+    The noise that halves it grows with the root of the rate, as that of a frame does. A `new` label
+    was not in the training.
     """
-    return SHARE / (1.0 + example.noise() / (NOISY * math.sqrt(rate_hz / 10.0)))
+    share = NEW_SHARE if new else SHARE
+    return share / (1.0 + example.noise() / (NOISY * math.sqrt(rate_hz / 10.0)))
 
 
 def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...]:

@@ -8,7 +8,7 @@ import pytest
 
 from controller import adapt
 from controller.adapt import AdaptError, Example, few_shot, lessons
-from controller.adapt.examples import paced, touched, vary
+from controller.adapt.examples import denoised, paced, touched, vary
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.bundle import Bundle
@@ -177,7 +177,7 @@ def test_what_cannot_be_learned_from_is_refused(given: tuple[Example, ...], comp
 
 def test_a_lesson_that_costs_the_old_gestures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Presses of another name that count more than all else cannot be told from presses."""
-    monkeypatch.setattr(few_shot, "SHARE", 5.0)
+    monkeypatch.setattr(few_shot, "NEW_SHARE", 5.0)
     same = [Example("poke", one.images, rotations="all") for one in examples("press", 4)]
     with pytest.raises(AdaptError, match="the other gestures would suffer"):
         adapt.teach(DATA, same)
@@ -281,6 +281,30 @@ def test_examples_of_a_noisy_orb_weigh_less() -> None:
     halving = few_shot.NOISY * np.sqrt(np.pi) / 2
     assert weight(halving) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
     assert weight(2.0 * halving, 40.0) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
+
+
+def test_the_noise_of_an_example_is_drawn_anew_in_each_variation() -> None:
+    """Else one example of a noisy orb would teach its noise as part of the gesture."""
+    true = images_touched((40, 70), frames=110)
+    errors = 0.1 * np.random.default_rng(0).normal(size=true.shape).astype(np.float32)
+    clean, noise = denoised(true + errors, blurred=True)
+    assert noise == pytest.approx(0.1, rel=0.1)
+    assert np.sqrt(np.square(clean - true).mean()) < 0.3 * noise
+
+    noisy = true + errors
+    noisy[20, 0, 0] += 0.7
+    one = found(Example("tap", noisy), 40.0)
+    unchanged = len(vary(one, 40, 1, np.random.default_rng(1))[0])
+    variations = vary(one, 40, 20, np.random.default_rng(1))[0][unchanged:]
+    assert variations.max() < 1.8  # half of that one reading's error is left
+    assert variations[:, :, 4, 4].std() == pytest.approx(0.1, rel=0.1)
+
+
+def test_a_quiet_example_keeps_its_shape() -> None:
+    quiet = images_touched((10, 13), (15, 18))
+    clean, noise = denoised(quiet, blurred=False)
+    assert noise == 0.0
+    np.testing.assert_allclose(clean, quiet, atol=1e-6)
 
 
 def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
