@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from controller.bundles import container, users_table
 from controller.bundles import head as heads
 from controller.bundles.container import (
+    CONTACT,
     CONTENT,
     EMBEDDING,
     GOLDEN,
@@ -32,6 +33,7 @@ from controller.bundles.container import (
     check_arrays,
 )
 from controller.bundles.head import EVERYBODY, Head
+from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
 from controller.recognition.mapping import Mapping, MappingError
@@ -78,6 +80,8 @@ class BundleSettings:
     # standard deviation of touch positions; None if it was not measured
     spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
     touch: TouchInput = field(default_factory=TouchInput)  # input of the location network
+    # gestures that a wide contact cannot be
+    contact: ContactSettings = field(default_factory=ContactSettings)
     # touch strength of users without one of their own: `controller.shared.touch_strength`
     strength: float = field(default=1.0, metadata={"range": (LEAST, MOST)})
 
@@ -118,6 +122,8 @@ class Bundle(BundleSettings):
     users: Users = NO_USERS
     # the network window -> user; empty in a bundle that cannot identify users
     user_onnx: bytes = b""
+    # how wide a contact is; None in a bundle that cannot tell
+    radius: RadiusNetwork | None = None
     # taught rows of the head by user; those for all users under `EVERYBODY`
     taught: AbstractMapping[str, Head] = field(default_factory=dict)
 
@@ -143,6 +149,8 @@ class Bundle(BundleSettings):
             self.users,
             self.identifies,
             self.strength,
+            self.contact,
+            self.radius,
         )
 
     @property
@@ -225,8 +233,9 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     try:
         plain = _settings(table)
         waiting = (*plain.debounce.patient, *plain.debounce.awaited, *plain.debounce.slow)
-        if odd := [label for label in waiting if label not in plain.labels[1:]]:
-            raise BundleError(f"lets a gesture {odd[0]!r} wait that it does not have")
+        named = (*waiting, *plain.contact.labels)
+        if odd := [label for label in named if label not in plain.labels[1:]]:
+            raise BundleError(f"has a setting of a gesture {odd[0]!r} that it does not have")
         if not isinstance(rules := table.get("mapping"), dict):
             raise BundleError("has no table [mapping] in its manifest")
         mapping = parse_mapping(rules, plain.labels)
@@ -258,6 +267,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         hash=digest,
         users=known,
         user_onnx=parts.get(USER, b""),
+        radius=_read_radius(parts[CONTACT], plain) if CONTACT in parts else None,
         taught=taught,
     )
 
@@ -293,6 +303,16 @@ def _read_golden(
     return Golden(**arrays)
 
 
+def _read_radius(data: bytes, plain: BundleSettings) -> RadiusNetwork:
+    """Return the network in a part; BundleError if it is damaged, or for another sensor."""
+    arrays = arrays_of(data, "a network of contacts")
+    units = len(arrays.get("first_bias", ()))
+    shapes = {"first": (units, 2 * plain.rows * plain.columns + 2), "first_bias": (units,)}
+    shapes |= {"second": (units, units), "second_bias": (units,), "out": (2, units)}
+    check_arrays("a network of contacts", arrays, {**shapes, "out_bias": (2,), "prior": (2,)})
+    return RadiusNetwork(**arrays)
+
+
 def _settings(table: dict[str, Any]) -> BundleSettings:
     """Return the scalar settings of a manifest; BundleError or ConfigError if one is wrong."""
     own = {key: value for key, value in table.items() if key not in _OTHERS}
@@ -314,7 +334,7 @@ def _everywhere(mapping: Mapping) -> bool:
 
 def _check_parts(given: set[str], known: Users) -> None:
     """Refuse parts that no bundle has, missing ones, and a user network of no users."""
-    optional = {REHEARSAL, TAUGHT, *([USER] if known.names else [])}
+    optional = {CONTACT, REHEARSAL, TAUGHT, *([USER] if known.names else [])}
     if odd := ", ".join(sorted((given ^ set(CONTENT)) - optional)):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
 

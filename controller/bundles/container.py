@@ -5,7 +5,8 @@
     head.npz        embedding -> probabilities, as trained (`head`)
     location.onnx   the network image -> touch; empty in a bundle without positions
     golden.npz      reference inputs and outputs (`golden`)
-    user.onnx       the network window -> user; a bundle may lack this one and the next two
+    user.onnx       the network window -> user; a bundle may lack this one and the next three
+    contact.npz     how wide a contact is (`controller.recognition.contact_radius`)
     rehearsal.npz   embeddings of the training (`controller.adapt.lessons`)
     taught.npz      rows of the head, and the examples that they were fitted to
     SHA256SUMS      hashes of all parts before it
@@ -34,6 +35,7 @@ MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 EMBEDDING, HEAD, LOCATION = "embedding.onnx", "head.npz", "location.onnx"
 USER = "user.onnx"  # optional: the user network
+CONTACT = "contact.npz"  # optional: the network of contacts' radii
 # optional: embeddings of the training, for few-shot learning, and what was learned
 REHEARSAL, TAUGHT = "rehearsal.npz", "taught.npz"
 CONTENT = (EMBEDDING, HEAD, LOCATION, GOLDEN)

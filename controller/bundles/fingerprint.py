@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import Head
+from controller.recognition.contact_radius import RadiusNetwork
 
 SHORT: Final = 8  # digits that pages and captions show
 # Networks are hashed by themselves; the others do not change what a device answers.
@@ -19,6 +20,7 @@ _NO_SETTINGS: Final = (
     "head",
     "location_onnx",
     "user_onnx",
+    "radius",
     "taught",
 )
 
@@ -34,6 +36,7 @@ def fingerprint(bundle: Bundle) -> str:
         "location": bundle.location_onnx,
         "user": bundle.user_onnx,
         "head": _numbers(bundle.head),
+        **({} if bundle.radius is None else {"radius": _numbers(bundle.radius)}),
         **{f"taught of {user}": _numbers(rows) for user, rows in bundle.taught.items()},
     }
     content = {
@@ -47,9 +50,9 @@ def fingerprint(bundle: Bundle) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _numbers(head: Head) -> bytes:
-    """Return the arrays of a head, one after the other."""
-    return b"".join(array.tobytes() for array in head.arrays().values())
+def _numbers(network: Head | RadiusNetwork) -> bytes:
+    """Return the arrays of a network, one after the other."""
+    return b"".join(array.tobytes() for array in network.arrays().values())
 
 
 def _unset(bundle: Bundle, one: Field[Any]) -> bool:

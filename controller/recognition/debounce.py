@@ -9,13 +9,15 @@ it falls below. In a touch one gesture fires, at the first of these moments:
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first. The
   finger must have left: where the level of the contact stays, the network has found that the touch
   is no gesture, as of an elbow that first looked like a finger. And it must have come since the
-  last answer: pressure moves all taxels alike, and a finger that slides off the dome came before.
+  last answer: pressure moves all taxels alike, and a finger that slides off the dome, or stays and
+  is doubted for a moment, came before.
 
 A gesture that may begin as its opposite, as a twist that is wound up, is `slow`: it fires when the
 touch has lasted for `slow_s`, or ended.
 
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
-(`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it.
+(`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it. A tap
+of a noisier sensor needs more evidence, too (`DebounceSettings.tap`).
 
 A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
 `patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
@@ -49,7 +51,9 @@ LONGEST_S = 0.6  # a command that comes later feels lost
 
 _BEFORE_S = 0.25  # the lowest level in this time is that before a touch
 _FINGER = 0.06  # share of the level by which a finger that taps raises the uneven one
+_RISE = 0.15  # share of the highest level by which a touch with a contact of its own raises it
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
+_LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
 NULL = 0  # the class "null" comes first in every bundle
 
@@ -65,7 +69,8 @@ class DebounceSettings:
         off: Smoothed probability of all gestures together at which a touch begins and ends.
         wait_s: Time in a touch after which `late` is enough; 0: `on` stays.
         late: Smoothed probability at which a gesture fires from then on.
-        least: Greatest smoothed probability in a touch that suffices at its end; above 1: none.
+        least: Greatest smoothed probability in a noiseless sensor's touch that suffices at its
+            end; above 1: none.
         brief_s: Least sum of the gesture's smoothed probabilities over the time of that touch.
         noise: Mean deviation of the untouched sensor, z, that halves `smoothing`; 0: none does.
         lifted: Share of the rise of the contact's level, below which the end of a touch is that of
@@ -102,6 +107,11 @@ class DebounceSettings:
             return 0.0 * idle + self.smoothing
         return self.smoothing / (1.0 + idle / self.noise)
 
+    def tap(self, idle: Values) -> tuple[Values, Values]:
+        """Return `least` and `brief_s` on a sensor with that noise, `idle` as in `weight`."""
+        clear = np.maximum((self.weight(idle) / self.smoothing) ** 2, _LEAST_CLEAR)
+        return 1.0 - (1.0 - self.least) * clear, self.brief_s / clear
+
 
 class Debouncer:
     """Debouncer of a session: one gesture per touch.
@@ -134,12 +144,14 @@ class Debouncer:
         self._awaited = {self.labels.index(one) for one in settings.awaited}
         self._queue: list[tuple[int, int]] = []  # classes that wait, and for how many frames
         self._here = False  # the last of them is of the present touch
+        self._needs = settings.tap(0.0)
         self._slow = [self.labels.index(one) for one in settings.slow]
         # Levels of the contact, newest last: whole, and uneven.
         self._levels = np.zeros((max(1, round(_BEFORE_S * rate_hz)), 2))
         self._touch = np.zeros((2, 2))  # those before the present touch, and the highest in it
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
+        self._answered = False  # the contact of the last touch has fired a gesture
         self._lowest = 0.0  # uneven level since the last answer
         self.tapped = 0.0
 
@@ -178,6 +190,7 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
+        self._needs = self.settings.tap(idle)
         fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
         if uneven is not None:
@@ -198,6 +211,7 @@ class Debouncer:
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
             "lowest": np.array([self._lowest]),
+            "answered": np.array([self._answered], dtype=np.float64),
         }
 
     def restore(self, state: State) -> None:
@@ -211,6 +225,7 @@ class Debouncer:
         self._touch = self._touch.reshape(2, 2)
         self.tapped = float(state["tapped"][0])
         self._lowest = float(state["lowest"][0])
+        self._answered = bool(state["answered"][0])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
@@ -294,14 +309,18 @@ class Debouncer:
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
         low, (high, uneven) = self._touch[0, 0], self._touch[1]
         lifted = self.settings.lifted
+        own = lifted > 1.0 or high - low >= _RISE * high
         enough = (
             self._held == NULL
             and not self._here
-            and self._peak[best] >= self.settings.least
-            and self._sum[best] / self._rate_hz >= self.settings.brief_s
+            and self._peak[best] >= self._needs[0]
+            and self._sum[best] / self._rate_hz >= self._needs[1]
             and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
             and (lifted > 1.0 or uneven - self._lowest >= _FINGER * high)
+            and (own or not self._answered)
         )
+        if self._frames:  # a touch ends
+            self._answered = self._held != NULL or enough or (self._answered and not own)
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0
         self._sum[:], self._peak[:] = 0.0, 0.0
@@ -331,6 +350,7 @@ def fire(
     rate_hz: float = 10.0,
     labels: Sequence[str] = (),
     levels: NDArray[np.float64] | None = None,
+    idle: float | NDArray[np.float64] = 0.0,
 ) -> list[tuple[int, int]]:
     """Return the frame and the class of every gesture that `Debouncer` fires.
 
@@ -340,13 +360,18 @@ def fire(
         rate_hz: Frames per second.
         labels: The classes, "null" first; only for settings with patient or slow ones.
         levels: Of the contact in each frame, (frames,); None: unknown.
+        idle: Mean of |z - 1| while nothing touches; of all frames, or of each, (frames,).
     """
     levels = np.zeros(len(means)) if levels is None else levels
     if settings.patient:
         stage = Debouncer(labels, settings, rate_hz)
-        frames = enumerate(zip(means, levels.tolist(), strict=True))
-        steps = ((number, stage._decide(mean, level, level)) for number, (mean, level) in frames)
-        return [(number, kind) for number, kind in steps if kind != NULL]
+        found = []
+        noise = np.broadcast_to(idle, len(means)).tolist()
+        for number, (mean, level, own) in enumerate(zip(means, levels, noise, strict=True)):
+            stage._needs = settings.tap(own)
+            if (kind := stage._decide(mean, float(level), float(level))) != NULL:
+                found.append((number, kind))
+        return found
     gestures = means[:, NULL + 1 :]
     touched = np.concatenate([[False], 1.0 - means[:, NULL] >= settings.off, [False]])
     begins, ends = np.flatnonzero(np.diff(touched.astype(np.int8))).reshape(-1, 2).T
@@ -374,14 +399,21 @@ def fire(
         sums = np.add.reduceat(padded, bounds)[::2]
         peaks = np.maximum.reduceat(padded, bounds)[::2]
         most, touch = sums.argmax(axis=1), np.arange(len(begins))
+        noise = np.broadcast_to(idle, len(means))[np.minimum(ends, len(means) - 1)]
+        least, brief_s = settings.tap(noise)
         low, high, last = _touch_levels(levels, begins, ends, max(1, round(_BEFORE_S * rate_hz)))
         enough = (
             (first >= ends)
             & (ends < len(means))
-            & (peaks[touch, most] >= settings.least)
-            & (sums[touch, most] / rate_hz >= settings.brief_s)
+            & (peaks[touch, most] >= least)
+            & (sums[touch, most] / rate_hz >= brief_s)
             & ((settings.lifted > 1.0) | (last - low <= settings.lifted * (high - low)))
         )
+        own = (settings.lifted > 1.0) | (high - low >= _RISE * high)
+        answered = False
+        for i in range(len(begins)):
+            enough[i] &= own[i] or not answered
+            answered = first[i] < ends[i] or enough[i] or (answered and not own[i])
         fired += [(int(ends[i]), NULL + 1 + int(most[i])) for i in np.flatnonzero(enough)]
     return sorted(fired)
 
@@ -427,7 +459,7 @@ def patient(
     delays: dict[int, list[float]] = {}
     for stream in streams:
         means = smooth(stream, weight)
-        first = next(iter(fire(means, eager, rate_hz, labels)), None)
+        first = next(iter(fire(means, eager, rate_hz, labels, idle=idle)), None)
         sure = np.flatnonzero(means[:, own] >= min(on, late))
         if first is not None and first[1] < own and len(sure) and sure[0] > first[0]:
             delays.setdefault(first[1], []).append(float(sure[0] - first[0]) / rate_hz)

@@ -1,12 +1,13 @@
 """Pipeline of the pure stages, from frame to command."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
 from controller.recognition.images.baseline import StoredBaseline
 from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window
@@ -29,7 +30,8 @@ LATER: Final = (
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     *("debounce.tapped", "debounce.levels", "debounce.lasting", "debounce.lowest"),
-    "contact.level",
+    "debounce.answered",
+    *("contact.level", "contact.refused"),
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
@@ -106,6 +108,8 @@ class PipelineSettings:
         users: Enrolled users.
         identifies: Whether there is a user network.
         strength: Touch strength of users without one of their own.
+        contact: Gestures that a wide contact cannot be.
+        radius: How wide a contact is; None: unknown.
     """
 
     labels: tuple[str, ...]
@@ -117,6 +121,8 @@ class PipelineSettings:
     users: Users = NO_USERS
     identifies: bool = False
     strength: float = 1.0
+    contact: ContactSettings = field(default_factory=ContactSettings)
+    radius: RadiusNetwork | None = None
 
 
 class Networks:
@@ -228,6 +234,8 @@ class Pipeline:
         self.labels, self.mapping = settings.labels, mapping
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         self._strength = settings.strength
+        self._contact, self._radius = settings.contact, settings.radius
+        self._refused = False  # the touch that is held was too wide for its gesture
         rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
@@ -267,7 +275,7 @@ class Pipeline:
             "preprocess": self._preprocessor.state(),
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
-            "contact": self._level.state(),
+            "contact": {**self._level.state(), "refused": np.array([float(self._refused)])},
         }
         if self._identifier is not None:
             stages["users"] = self._identifier.state()
@@ -301,6 +309,7 @@ class Pipeline:
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
         self._level.restore(stages["contact"])
+        self._refused = bool(stages["contact"]["refused"][0])
         self._held = self._debouncer.held
         if self._identifier is not None:
             self._identifier.restore(stages["users"])
@@ -325,6 +334,9 @@ class Pipeline:
             touch = None if image is None else self._networks.touch(image)
         if touch is not None and self._spread is not None:
             sigma = self._spread.sigma(self._touch.blur)
+        self._refused &= bool(held)
+        if gesture in self._contact.labels and self._too_wide(prepared.idle):
+            self._refused, gesture = bool(held), None
         if gesture is not None:
             command = self._command(gesture, touch, probabilities, t_s)
         if self._identifier is not None:
@@ -338,7 +350,7 @@ class Pipeline:
             probabilities,
             touch,
             gesture,
-            held,
+            "" if self._refused else held,
             command,
             sigma,
             self.user,
@@ -356,6 +368,12 @@ class Pipeline:
         now = float(probabilities[self.labels.index(gesture)])
         probability = max(now, self._debouncer.tapped)  # a tap has left when it is answered
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
+
+    def _too_wide(self, idle: float) -> bool:
+        """Whether the contact is wider than a finger, by its images and their noise."""
+        if self._radius is None:
+            return False
+        return self._contact.too_wide(*self._radius.log_radius(self._touch.signals, idle))
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
         """Collect evidence of the user during a touch; only a gesture makes it count."""

@@ -147,6 +147,11 @@ class TouchImage:
                 self._image = None
         self._gap.clear()
 
+    @property
+    def signals(self) -> Change:
+        """Its first images, z - 1, without the residue before it, (n, rows, columns)."""
+        return self._stack(self._signals)
+
     def image(self, *, latest: bool = False) -> Image | None:
         """Return the image of the present touch, z, (rows, columns); None while there is none.
 

@@ -29,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.set_defaults(resumes=True)
     add = parser.add_argument
-    add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("paths", type=Path, nargs="*", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
     options.take(parser, *SHARED)
     for field in fields(Request):
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _choose(request)
     options.require("training", "torch", "sklearn", "onnx", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
-    from models.results.training import Training
+    from models.results.training import ContactResult, Training
     from models.training.train import train
 
     result = train(request, options.say)
@@ -65,10 +65,14 @@ def run(arguments: argparse.Namespace) -> int:
             f"models train DIR --from {request.out} --epochs 0 --out {request.out}, "
             f"models evaluate {request.out} DIR"
         )
+    elif isinstance(result, ContactResult):
+        print(result.words)
+        follow = f"models evaluate {request.out}, or controller install {request.out}"
     else:
         print(cards.users(result))
         follow = f"controller install {request.out}, or controller --bundle {request.out}"
-    options.say(f"wrote {request.out}, and its card and figures beside it")
+    beside = "" if request.task == "contact" else ", and its card and figures beside it"
+    options.say(f"wrote {request.out}{beside}")
     options.say(f"next: {follow}")
     return 0
 
@@ -95,6 +99,15 @@ def _choose(request: Request) -> int:
 
 def _check(request: Request) -> None:
     """Raise ValueError for options of another task."""
+    if request.task == "contact":
+        alone = Request((), request.out, "contact", seed=request.seed, base=request.base)
+        if request != replace(alone, epochs=request.epochs, command=request.command):
+            raise ValueError(
+                "--task contact takes --with, --seed and --epochs: contacts are simulated"
+            )
+        return
+    if not request.paths:
+        raise ValueError("there is nothing to learn from; name folders of recordings, DIR")
     if request.epochs == 0 and request.start is None:
         raise ValueError("--epochs 0 trains nothing; add --from BUNDLE to choose its thresholds")
     if request.task != "user":

@@ -145,7 +145,7 @@ def debounced_stream(
     ready, probabilities, idle = spread(outputs, inputs, len(truth.t), len(labels))
     nowhere = np.full((len(truth.t), 3), np.nan)
     means = smooth(probabilities, settings.weight(idle))
-    fired = fire(means, settings, truth.rate_hz, labels, inputs.levels)
+    fired = fire(means, settings, truth.rate_hz, labels, inputs.levels, idle)
     answers = tuple(Answer(float(truth.t[frame]), labels[kind]) for frame, kind in fired)
     places, sigmas = nowhere[:, :2], nowhere[:, 2]
     return Stream(truth, ready, probabilities, idle, inputs.levels, places, sigmas, answers)

@@ -200,7 +200,9 @@ def _scores(
             own = settings.smoothing, settings.noise
             if own not in means:  # one at a time, since the grid is in order
                 means = {own: smooth(stream.probabilities, settings.weight(stream.idle))}
-            fired = fire(means[own], settings, stream.truth.rate_hz, labels, stream.levels)
+            fired = fire(
+                means[own], settings, stream.truth.rate_hz, labels, stream.levels, stream.idle
+            )
             answers = [Answer(float(stream.truth.t[at]), labels[kind]) for at, kind in fired]
             score.add(judge(stream.truth.events, answers))
     return scores

@@ -206,6 +206,24 @@ class Enrolled:
 
 
 @dataclass(frozen=True, slots=True)
+class ContactResult:
+    """Results of the network of contacts' radii, on simulated contacts held out."""
+
+    name: str  # of the bundle
+    contacts: int  # that it learned from
+    lost: float  # share of fingertips that are refused
+    through: float  # share of elbows and palms that are answered
+
+    @property
+    def words(self) -> str:
+        """What it learned from, and how well, in a clause."""
+        return (
+            f"{self.contacts} simulated contacts; of others, {self.lost:.1%} of fingertips are "
+            f"refused, {self.through:.0%} of contacts from 14 mm are answered"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class UserResult:
     """Results of a user identification."""
 

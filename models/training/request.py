@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 
-TaskName = Literal["gesture", "location", "user", ""]
+TaskName = Literal["gesture", "location", "user", "contact", ""]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
 FOLDERS: Final = {"type": Path, "nargs": "+"}
@@ -35,8 +35,9 @@ class Request:
     task: TaskName = _option(
         "",
         "what to train (default: gestures, and places if the recordings have them); user: the user "
-        "network, from recordings of several people on several days (docs/users.md)",
-        choices=("gesture", "location", "user"),
+        "network, from recordings of several people on several days (docs/users.md); contact: how "
+        "wide a contact is, so that no elbow is answered, from simulated ones, without DIR",
+        choices=("gesture", "location", "user", "contact"),
     )
     recipe: str = _option(
         "default",

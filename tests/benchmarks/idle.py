@@ -37,7 +37,7 @@ def answers(loaded: Bundle, networks: Batched, name: str, hour: int) -> int:
         inputs = network_inputs(np.asarray(frames, dtype=np.float32), loaded.preprocess)
         weights = loaded.debounce.weight(inputs.idle)
         means = smooth(networks.probabilities(inputs.windows), weights)
-        found += len(fire(means, loaded.debounce, loaded.rate_hz, loaded.labels))
+        found += len(fire(means, loaded.debounce, loaded.rate_hz, loaded.labels, idle=inputs.idle))
     return found
 
 

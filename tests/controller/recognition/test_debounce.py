@@ -207,6 +207,15 @@ def test_a_tap_is_a_finger_that_has_come_since_the_last_answer(
     assert found == ["press"] * answers
 
 
+def test_a_finger_that_stays_and_is_doubted_for_a_moment_is_answered_once() -> None:
+    wary = replace(TAPS, on=1.05, late=0.98, wait_s=0.2, lifted=0.5)
+    stream = [NULL] * 10 + [PRESS] * 20 + [NULL] * 4 + [PRESS] * 4 + [NULL] * 20
+    stays = [0.0] * 10 + [1.0] * 28 + [0.0] * 20
+    assert leveled(stream, stays, wary)[0] == [(16, "press")]
+    taps = [*stays[:30], *[0.1] * 4, *stays[34:]]
+    assert leveled(stream, taps, wary)[0] == [(16, "press"), (38, "press")]
+
+
 def test_a_slow_gesture_waits_until_it_is_sure_or_its_touch_ends() -> None:
     slow = replace(TAPS, slow=("twist_cw",), slow_s=0.3)
     turn = LABELS.index("twist_cw")
@@ -270,5 +279,5 @@ def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
     seen = enumerate(zip(probabilities, idle, levels, strict=True))
     steps = [(frame, stage.step(*newest)) for frame, newest in seen]
     means = smooth(probabilities, chosen.weight(idle))
-    at_once = fire(means, chosen, labels=LABELS[:4], levels=levels)
+    at_once = fire(means, chosen, labels=LABELS[:4], levels=levels, idle=idle)
     assert [(frame, LABELS[label]) for frame, label in at_once] == [s for s in steps if s[1]]
