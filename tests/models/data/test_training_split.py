@@ -170,7 +170,7 @@ def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path
 
 
 def test_a_set_in_which_no_touch_is_felt_is_used_with_its_labels_as_given(tmp_path: Path) -> None:
-    paths = [write(tmp_path / f"{number}.npz", number, unfelt=True) for number in range(2)]
+    paths = [write(tmp_path / f"{number}.npz", number, unfelt=True) for number in (1, 2)]
     found = read(tmp_path)
     assert (found.examples.label == 1).all()
     reason = "the sensor shows no touch where its button labels are"
