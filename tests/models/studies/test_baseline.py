@@ -83,7 +83,9 @@ def test_shares_of_the_sum_are_the_same_at_half_the_strength() -> None:
     assert strong[:, -3:-1].tolist() == [[float(x), 2.0] for x in range(1, 6)]
 
 
+@pytest.mark.train
 def test_trees_learn_from_windows_evenly_spread_and_name_each() -> None:
+    pytest.importorskip("sklearn", reason="needs the [train] extra")
     rng = np.random.default_rng(0)
     label = np.repeat([0, 1, 0, 2], 30)
     images = 1.0 + rng.normal(0.0, 0.01, (120, 3, 3)).astype(np.float32)
