@@ -30,10 +30,13 @@ class ContactSettings:
         widest_mm: Greatest radius of a touch that they are answered for: the radius less its
             deviation must not exceed it.
         labels: Those gestures: of a single finger.
+        quiet: Mean of |z - 1| while nothing touches, above which images do not show a radius: there
+            a loss of pressure looks like a palm.
     """
 
     widest_mm: float = field(default=12.0, metadata={"range": (1.0, 1000.0)})
     labels: tuple[str, ...] = ()
+    quiet: float = field(default=0.03, metadata={"range": (0.0, 10.0)})
 
     def too_wide(self, log_mm: float, deviation: float) -> bool:
         """Whether a contact is too wide, by ln mm of its radius and the deviation of that."""

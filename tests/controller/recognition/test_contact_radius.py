@@ -63,9 +63,14 @@ def test_a_contact_too_wide_for_its_gesture_is_not_answered_and_not_held() -> No
     touched = rest.copy()
     touched[2, 1] *= 0.4
     frames = [rest] * 20 + [touched] * 20 + [rest] * 20
-    for labels, held in ((("press",), ""), (("pinch",), "press")):
-        settings = replace(SHIPPED.settings, radius=always(20.0, 0.01))
-        settings = replace(settings, contact=ContactSettings(labels=labels))
+    noisy = ContactSettings(labels=("press",), quiet=0.0)
+    frames = [frame + np.float32(0.02) * (k % 2) for k, frame in enumerate(frames)]
+    for contact, held in (
+        (ContactSettings(labels=("press",)), ""),
+        (ContactSettings(labels=("pinch",)), "press"),
+        (noisy, "press"),  # its images do not show a radius
+    ):
+        settings = replace(SHIPPED.settings, radius=always(20.0, 0.01), contact=contact)
         pipeline = Pipeline(settings, Certain(), SHIPPED.mapping)
         steps = [pipeline.step(frame, k / 10, k) for k, frame in enumerate(frames, 1)]
         assert [step.gesture for step in steps if step.gesture] == [held] * bool(held)
