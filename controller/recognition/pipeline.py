@@ -371,7 +371,7 @@ class Pipeline:
 
     def _too_wide(self, idle: float) -> bool:
         """Whether the contact is wider than a finger, by its images and their noise."""
-        if self._radius is None or idle > self._contact.quiet:
+        if self._radius is None or idle > self._contact.quiet or not self._touch.apart:
             return False
         return self._contact.too_wide(*self._radius.log_radius(self._touch.signals, idle))
 

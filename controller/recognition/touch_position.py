@@ -152,6 +152,15 @@ class TouchImage:
         """Its first images, z - 1, without the residue before it, (n, rows, columns)."""
         return self._stack(self._signals)
 
+    @property
+    def apart(self) -> bool:
+        """Whether the touch is twice as strong as what was there before it.
+
+        Else that may be the touch itself, as of a finger that came down slowly.
+        """
+        first = self._signals or [self._left]
+        return float(np.square(self._left).mean()) < float(np.square(first).mean()) / 4.0
+
     def image(self, *, latest: bool = False) -> Image | None:
         """Return the image of the present touch, z, (rows, columns); None while there is none.
 

@@ -77,6 +77,15 @@ def test_noise_does_not_look_like_a_slide() -> None:
     assert np.mean(errors) < 0.8 * 0.05 * math.sqrt(1 / 10 + 1 / 12)  # of ten images, and of rest
 
 
+def test_what_was_there_before_may_be_the_touch_itself() -> None:
+    rest, deeper = [QUIET] * 9, [finger(1, 0.25)] * 4
+    assert shown(*rest, *deeper).apart
+    doubted = TouchImage(30, 5, 5)  # the finger is down, and no gesture for the network yet
+    for image in [*[finger(1)] * 9, *deeper]:
+        doubted.step(image, 0.0, null=image is not deeper[0] and image[2, 1] < 1.22)
+    assert not doubted.apart
+
+
 def test_firm_frames_count_more_than_faint_ones() -> None:
     arriving = [finger(1, depth) for depth in (0.02, 0.2, 0.2)]
     assert seen(shown(*arriving))[2, 1] == pytest.approx(1.2, abs=0.02)
