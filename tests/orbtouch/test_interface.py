@@ -228,4 +228,4 @@ def test_five_swipes_teach_swipes_of_every_direction(seed: int) -> None:
     mine = orbtouch.network().teach("swipe", list(waves.gestures("swipe"))[:5], command="hold")
     other = orbtouch.simulate(minutes=3, gestures=("press", "swipe"), seed=seed + 10)
     done = mine.evaluate([other]).answered[mine.labels.index("swipe")]
-    assert done[mine.labels.index("swipe")] >= 54 / 56 * done.sum()
+    assert done[mine.labels.index("swipe")] >= 52 / 56 * done.sum()
