@@ -132,7 +132,8 @@ def _curve(experiment: Experiment, share: float, seed: int) -> list[Row]:
         if epoch.number in shown:
             rows.append(row(epoch, last=False))
 
-    return [*rows, row(fit(task, seed, None, watch)[-1], last=True)]
+    epochs = fit(task, seed, None, watch)  # `watch` adds rows
+    return [*rows, row(epochs[-1], last=True)]
 
 
 def _columns(rows: list[Row]) -> dict[str, list[float]]:
