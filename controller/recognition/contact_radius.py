@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from controller.shared.aliases import Array
 
-FEWEST: Final = 2  # images of a touch: each is compared with the one before
-LEVEL: Final = 0.002  # root mean square of a deviation below which nothing is a contact
-_FINGER: Final = (math.log(7.5), 0.4)  # ln mm of an ordinary finger: mean, deviation
-_SURE: Final = 0.1  # deviation of ln mm that more images do not go below: people and orbs vary
+_FEWEST_IMAGES: Final = 2  # images of a touch: each is compared with the one before
+_LEAST_STRENGTH: Final = 0.002  # added to each: an image without a touch has none
+_FINGER_LOG_MM: Final = (math.log(7.5), 0.4)  # ln mm of an ordinary finger: mean, deviation
+_LEAST_DEVIATION: Final = (
+    0.1  # deviation of ln mm that more images do not go below: people and orbs vary
+)
 
 Matrix = NDArray[np.float32]
 
@@ -39,7 +41,7 @@ class ContactSettings:
     quiet: float = field(default=0.03, metadata={"range": (0.0, 10.0)})
 
     def too_wide(self, log_mm: float, deviation: float) -> bool:
-        """Whether a contact is too wide, by ln mm of its radius and the deviation of that."""
+        """Whether a touch is too wide, by ln mm of its radius and the deviation of that."""
         return log_mm - deviation > math.log(self.widest_mm)
 
 
@@ -64,23 +66,23 @@ class RadiusNetwork:
         return mean + deviation * out[:, 0], deviation**2 * np.exp(np.minimum(out[:, 1], 0.0))
 
     def log_radius(self, touch: Array, idle: float) -> tuple[float, float]:
-        """Return ln mm of a contact's radius, and its deviation.
+        """Return ln mm of a touch's radius, and its deviation.
 
         Args:
             touch: z - 1 of its images, without what was there before, (n, rows, columns).
             idle: Mean of |z - 1| while nothing touches.
         """
-        if len(touch) < FEWEST:
-            return _FINGER
+        if len(touch) < _FEWEST_IMAGES:
+            return _FINGER_LOG_MM
         return self.combined(*self.estimates(features(touch, idle)))
 
     def combined(self, logs: Array, variances: Array) -> tuple[float, float]:
         """Return ln mm of a contact's radius, and its deviation, from the estimates of images."""
-        (finger, varies), (mean, deviation) = _FINGER, self.prior.tolist()
+        (finger, varies), (mean, deviation) = _FINGER_LOG_MM, self.prior.tolist()
         # An image adds what it says beyond the radii of the training.
         added = np.maximum(1.0 / variances - 1.0 / deviation**2, 0.0)
         weighed = (logs / variances - mean / deviation**2)[added > 0.0]
-        share = 1.0 / max(1.0, float(added.sum()) * _SURE**2)
+        share = 1.0 / max(1.0, float(added.sum()) * _LEAST_DEVIATION**2)
         precision = 1.0 / varies**2 + share * float(added.sum())
         total = finger / varies**2 + share * float(weighed.sum())
         return total / precision, 1.0 / math.sqrt(precision)
@@ -94,10 +96,10 @@ def features(touch: Array, idle: float) -> Matrix:
     """Return the network's inputs, (n - 1, 2 * taxels + 2), of all images but the first.
 
     The image and its change since the one before, both by its strength; the logarithm of the
-    strength; the noise by the strength. Arguments are as in `RadiusNetwork.radius_mm`.
+    strength; the noise by the strength. Arguments are as in `RadiusNetwork.log_radius`.
     """
     images = touch.reshape(len(touch), -1)
     now, before = images[1:], images[:-1]
-    strength = np.sqrt(np.square(now).mean(axis=1, keepdims=True)) + LEVEL
+    strength = np.sqrt(np.square(now).mean(axis=1, keepdims=True)) + _LEAST_STRENGTH
     parts = (now / strength, (now - before) / strength, np.log(strength / 0.05), idle / strength)
     return np.concatenate(parts, axis=1).astype(np.float32)

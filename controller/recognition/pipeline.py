@@ -108,8 +108,8 @@ class PipelineSettings:
         users: Enrolled users.
         identifies: Whether there is a user network.
         strength: Touch strength of users without one of their own.
-        contact: Gestures that a wide contact cannot be.
-        radius: How wide a contact is; None: unknown.
+        contact: Gestures that a wide touch cannot be.
+        radius: Network of the touch's radius; None: unknown.
     """
 
     labels: tuple[str, ...]
@@ -370,7 +370,7 @@ class Pipeline:
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
     def _too_wide(self, idle: float) -> bool:
-        """Whether the contact is wider than a finger, by its images and their noise."""
+        """Whether the touch is wider than a finger's, by its images and their noise."""
         if self._radius is None or idle > self._contact.quiet or not self._touch.apart:
             return False
         return self._contact.too_wide(*self._radius.log_radius(self._touch.signals, idle))

@@ -1,4 +1,4 @@
-"""How wide a contact is, and that a wide one is no press."""
+"""The radius of a touch: a finger until images show otherwise, and no press if too wide."""
 
 import math
 from dataclasses import replace
