@@ -8,9 +8,12 @@ it falls below. In a touch one gesture fires, at the first of these moments:
 - the touch ends and it was the most probable one, at least `least` at its height and
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first. The
   finger must have left: where the level of the contact stays, the network has found that the touch
-  is no gesture, as of an elbow that first looked like a finger. And it must have come since the
-  last answer: pressure moves all taxels alike, and a finger that slides off the dome, or stays and
-  is doubted for a moment, came before.
+  is no gesture, as of an elbow that first looked like a finger. And it must have landed after the
+  last answer: pressure moves all taxels alike, and a finger that slides off
+  the dome, or stays and is doubted for a moment, came before.
+
+A `brisk` gesture, as a press, fires only within `landed_s` of a landing in any case: what lies
+there for longer is a resting hand.
 
 A gesture that may begin as its opposite, as a twist that is wound up, is `slow`: it fires when the
 touch has lasted for `slow_s`, or ended.
@@ -30,6 +33,7 @@ debouncing filter (section 5) without describing it.
 whole recording, so that many settings can be compared; a test compares both.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
@@ -37,7 +41,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.shared.aliases import Index, State
+from controller.shared.aliases import Array, Index, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
@@ -50,8 +54,9 @@ _MARGIN = 1.2  # of the longest time in the streams: people vary
 LONGEST_S = 0.6  # a command that comes later feels lost
 
 _BEFORE_S = 0.25  # the lowest level in this time is that before a touch
-_FINGER = 0.06  # share of the level by which a finger that taps raises the uneven one
-_RISE = 0.15  # share of the highest level by which a touch with a contact of its own raises it
+_RISE = 0.5  # share of the uneven level, by which a contact that lands has raised it
+_FINGER = 0.06  # share of the highest level, by which it does so, too
+_KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
@@ -75,6 +80,9 @@ class DebounceSettings:
         noise: Mean deviation of the untouched sensor, z, that halves `smoothing`; 0: none does.
         lifted: Share of the rise of the contact's level, below which the end of a touch is that of
             the contact; above 1: any is.
+        landed_s: Time after a contact's landing in which a brisk gesture fires, where the contact's
+            level is known.
+        brisk: Labels that fire only then.
         slow: Labels that may begin as another gesture.
         slow_s: Time in a touch before which they do not fire.
         patient: Labels that wait for an awaited one.
@@ -91,6 +99,8 @@ class DebounceSettings:
     brief_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     noise: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     lifted: float = field(default=2.0, metadata={"range": (0.0, 2.0)})
+    landed_s: float = field(default=0.85, metadata={"range": (0.01, 10.0)})
+    brisk: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
     slow_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     patient: tuple[str, ...] = ()
@@ -151,8 +161,9 @@ class Debouncer:
         self._touch = np.zeros((2, 2))  # those before the present touch, and the highest in it
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
-        self._answered = False  # the contact of the last touch has fired a gesture
-        self._lowest = 0.0  # uneven level since the last answer
+        self._brisk = [self.labels.index(one) for one in settings.brisk]
+        # Levels since the last answer, as those above
+        self._recent: deque[Array] = deque(maxlen=round(_KEPT_S * rate_hz))
         self.tapped = 0.0
 
     @property
@@ -193,9 +204,24 @@ class Debouncer:
         self._needs = self.settings.tap(idle)
         fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
-        if uneven is not None:
-            self._lowest = uneven if fired != NULL else min(self._lowest, uneven)
         return self.labels[fired] if fired != NULL else None
+
+    def restart(self) -> str | None:
+        """Begin another touch, of a contact that began beside others; these are subtracted.
+
+        Returns:
+            The gesture of theirs that had not been sure yet, if any; a brisk one would have been.
+        """
+        self._levels[-1] = self._touch[0]  # as if they had been lifted
+        last = self._end()
+        self._mean[:] = 0.0
+        self._mean[NULL] = 1.0
+        self._lasting = NULL
+        for one in (self._levels, self._touch, self._contact):
+            one[:] = 0.0
+        self._recent.clear()
+        self._recent.append(np.zeros(2))
+        return self.labels[last] if last != NULL and last not in self._brisk else None
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
@@ -210,8 +236,7 @@ class Debouncer:
             "levels": self._levels.copy(),
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
-            "lowest": np.array([self._lowest]),
-            "answered": np.array([self._answered], dtype=np.float64),
+            "recent": np.array(self._recent).reshape(-1, 2),
         }
 
     def restore(self, state: State) -> None:
@@ -224,17 +249,20 @@ class Debouncer:
         self._lasting, self._touch, self._contact = int(lasting[0]), lasting[1:5], lasting[5:]
         self._touch = self._touch.reshape(2, 2)
         self.tapped = float(state["tapped"][0])
-        self._lowest = float(state["lowest"][0])
-        self._answered = bool(state["answered"][0])
+        self._recent.clear()
+        self._recent.extend(state["recent"])
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
     def _decide(self, mean: NDArray[np.float64], level: float, uneven: float) -> int:
         """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
         self._levels = np.vstack([self._levels[1:], (level, uneven)])
+        self._recent.append(self._levels[-1])
         self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
         found = self._in_touch(mean) if touched else self._end()
+        if found != NULL:
+            self._recent.clear()
         return self._waited(found, touched=touched) if self._patient else found
 
     def _in_touch(self, mean: NDArray[np.float64]) -> int:
@@ -250,6 +278,9 @@ class Debouncer:
         if self._slow and self._frames / self._rate_hz < self.settings.slow_s:
             mean = mean.copy()
             mean[self._slow] = 0.0
+        if self._brisk and not self._landed(self._brisk[0]):
+            mean = mean.copy()
+            mean[self._brisk] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
         if mean[best] < self._needed() or (self._here and best not in self._awaited):
             return NULL
@@ -304,27 +335,45 @@ class Debouncer:
         share = min(1.0, self._frames / self._rate_hz / settings.wait_s)
         return settings.on + (settings.late - settings.on) * share
 
+    def _landed(self, kind: int) -> bool:
+        """Return whether a contact has landed that a class may answer."""
+        if self.settings.lifted > 1.0:
+            return True
+        last = _within(self.settings, self._rate_hz) if kind in self._brisk else 0
+        return landed(np.array(self._recent).reshape(-1, 2)[-last:])
+
     def _end(self) -> int:
         """End a touch, if there is one; return the class that it was after all, or NULL."""
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
-        low, (high, uneven) = self._touch[0, 0], self._touch[1]
+        low, high = self._touch[:, 0]
         lifted = self.settings.lifted
-        own = lifted > 1.0 or high - low >= _RISE * high
         enough = (
             self._held == NULL
             and not self._here
             and self._peak[best] >= self._needs[0]
             and self._sum[best] / self._rate_hz >= self._needs[1]
             and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
-            and (lifted > 1.0 or uneven - self._lowest >= _FINGER * high)
-            and (own or not self._answered)
+            and self._landed(best)
         )
-        if self._frames:  # a touch ends
-            self._answered = self._held != NULL or enough or (self._answered and not own)
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0
         self._sum[:], self._peak[:] = 0.0, 0.0
         return best if enough else NULL
+
+
+def _within(settings: DebounceSettings, rate_hz: float) -> int:
+    """Return in how many frames a brisk gesture has landed."""
+    return max(2, round(settings.landed_s * rate_hz))
+
+
+def landed(levels: NDArray[np.float64]) -> bool:
+    """Return whether a contact lands in these levels, whole and uneven, (n, 2); 0: unknown."""
+    if not levels.any():
+        return True
+    whole, uneven = levels.T
+    rise = uneven - np.minimum.accumulate(uneven)
+    least = np.maximum(_RISE * uneven, _FINGER * whole.max())
+    return bool((rise >= least).any() and rise.any())
 
 
 def smooth(probabilities: Probabilities, weight: float | NDArray[np.float64]) -> Means:
@@ -358,7 +407,7 @@ def fire(
         means: What `smooth` returns for the settings' weights, (frames, classes).
         settings: When a gesture fires.
         rate_hz: Frames per second.
-        labels: The classes, "null" first; only for settings with patient or slow ones.
+        labels: The classes, "null" first; only for settings with patient, slow or brisk ones.
         levels: Of the contact in each frame, (frames,); None: unknown.
         idle: Mean of |z - 1| while nothing touches; of all frames, or of each, (frames,).
     """
@@ -384,38 +433,69 @@ def fire(
         early = gestures.copy()
         for label in settings.slow:
             early[since / rate_hz < settings.slow_s, labels.index(label) - NULL - 1] = 0.0
-    best = early.argmax(axis=1)
-    height = early[frame, best]
-    needed: float | NDArray[np.float64] = settings.on
+    needed = np.full(len(means), settings.on)
     if settings.wait_s > 0.0:
         share = np.minimum(1.0, since / rate_hz / settings.wait_s)
         needed = settings.on + (settings.late - settings.on) * share
-    at = np.flatnonzero(height >= needed)
-    first = np.append(at, len(means))[np.searchsorted(at, begins)]
-    fired = [(int(f), NULL + 1 + int(best[f])) for f in first[first < ends]]
-    if settings.least <= 1.0:
-        bounds = np.column_stack([begins, ends]).ravel()
-        padded = np.vstack([gestures, np.zeros(gestures.shape[1])])
-        sums = np.add.reduceat(padded, bounds)[::2]
-        peaks = np.maximum.reduceat(padded, bounds)[::2]
-        most, touch = sums.argmax(axis=1), np.arange(len(begins))
-        noise = np.broadcast_to(idle, len(means))[np.minimum(ends, len(means) - 1)]
-        least, brief_s = settings.tap(noise)
-        low, high, last = _touch_levels(levels, begins, ends, max(1, round(_BEFORE_S * rate_hz)))
-        enough = (
-            (first >= ends)
-            & (ends < len(means))
-            & (peaks[touch, most] >= least)
-            & (sums[touch, most] / rate_hz >= brief_s)
-            & ((settings.lifted > 1.0) | (last - low <= settings.lifted * (high - low)))
+    sure = np.flatnonzero(early.max(axis=1) >= needed)
+    taps = _taps(means, settings, rate_hz, levels, idle, begins, ends)
+    brisk = [labels.index(label) for label in settings.brisk]
+    within, kept = _within(settings, rate_hz), round(_KEPT_S * rate_hz)
+    seen = np.column_stack([levels, levels])
+    fired: list[tuple[int, int]] = []
+
+    def has_landed(frame: int, kind: int) -> bool:
+        after = max(
+            fired[-1][0] + 1 if fired else 0, frame + 1 - (within if kind in brisk else kept)
         )
-        own = (settings.lifted > 1.0) | (high - low >= _RISE * high)
-        answered = False
-        for i in range(len(begins)):
-            enough[i] &= own[i] or not answered
-            answered = first[i] < ends[i] or enough[i] or (answered and not own[i])
-        fired += [(int(ends[i]), NULL + 1 + int(most[i])) for i in np.flatnonzero(enough)]
-    return sorted(fired)
+        return settings.lifted > 1.0 or landed(seen[after : frame + 1])
+
+    for number, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
+        for at in sure[np.searchsorted(sure, begin) : np.searchsorted(sure, end)].tolist():
+            likely = early[at]
+            if brisk and not has_landed(at, brisk[0]):
+                likely = likely.copy()
+                likely[[one - NULL - 1 for one in brisk]] = 0.0
+            if likely.max() >= needed[at]:
+                fired.append((at, NULL + 1 + int(likely.argmax())))
+                break
+        else:
+            if taps[number] != NULL and has_landed(end, taps[number]):
+                fired.append((end, int(taps[number])))
+    return fired
+
+
+def _taps(
+    means: Means,
+    settings: DebounceSettings,
+    rate_hz: float,
+    levels: NDArray[np.float64],
+    idle: float | NDArray[np.float64],
+    begins: Index,
+    ends: Index,
+) -> Index:
+    """Return the class that each touch, (touches,), is a tap of at its end, or NULL.
+
+    Touches are from the frame `begins` to the one before `ends`; else as in `fire`.
+    """
+    if settings.least > 1.0:
+        return np.full(len(begins), NULL)
+    gestures = means[:, NULL + 1 :]
+    bounds = np.column_stack([begins, ends]).ravel()
+    padded = np.vstack([gestures, np.zeros(gestures.shape[1])])
+    sums = np.add.reduceat(padded, bounds)[::2]
+    peaks = np.maximum.reduceat(padded, bounds)[::2]
+    most, touch = sums.argmax(axis=1), np.arange(len(begins))
+    noise = np.broadcast_to(idle, len(means))[np.minimum(ends, len(means) - 1)]
+    least, brief_s = settings.tap(noise)
+    low, high, last = _touch_levels(levels, begins, ends, max(1, round(_BEFORE_S * rate_hz)))
+    enough = (
+        (ends < len(means))
+        & (peaks[touch, most] >= least)
+        & (sums[touch, most] / rate_hz >= brief_s)
+        & ((settings.lifted > 1.0) | (last - low <= settings.lifted * (high - low)))
+    )
+    return np.where(enough, NULL + 1 + most, NULL)
 
 
 def _touch_levels(

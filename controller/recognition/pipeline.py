@@ -26,12 +26,13 @@ Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
+    *("preprocess.recently", "preprocess.lies", "preprocess.since"),
     *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
-    *("debounce.tapped", "debounce.levels", "debounce.lasting", "debounce.lowest"),
-    "debounce.answered",
-    *("contact.level", "contact.refused"),
+    *("debounce.tapped", "debounce.levels", "debounce.lasting"),
+    "debounce.recent",
+    *("contact.level", "contact.slow", "contact.refused"),
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
@@ -321,21 +322,27 @@ class Pipeline:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
         lay = self._debouncer.lying
-        level = self._level.step(prepared.image, prepared.idle) if prepared.ready else 0.0
-        uneven = self._level.uneven
-        gesture = self._debouncer.step(probabilities, prepared.idle / self.strength, level, uneven)
+        last = None
+        if prepared.begun:
+            last = self._debouncer.restart()
+            self._level.restart()
+            self._touch.restart(prepared.idle)
+        image = prepared.image if prepared.added is None else prepared.added
+        level = self._level.step(image, prepared.idle) if prepared.ready else 0.0
+        idle, uneven = prepared.idle / self.strength, self._level.uneven
+        gesture = self._debouncer.step(probabilities, idle, level, uneven) or last
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:
             released, left = before and not held, lay and not held
-            self._touch.step(prepared.image, prepared.idle, null=null, released=released, left=left)
+            self._touch.step(image, prepared.idle, null=null, released=released, left=left)
             # A tap may be answered when it has left.
-            image = self._touch.image(latest=gesture is not None)
-            touch = None if image is None else self._networks.touch(image)
+            stacked = self._touch.image(latest=gesture is not None)
+            touch = None if stacked is None else self._networks.touch(stacked)
         if touch is not None and self._spread is not None:
             sigma = self._spread.sigma(self._touch.blur)
         self._refused &= bool(held)
-        if gesture in self._contact.labels and self._too_wide(prepared.idle):
+        if gesture in self._contact.labels and self._too_wide(prepared):
             self._refused, gesture = bool(held), None
         if gesture is not None:
             command = self._command(gesture, touch, probabilities, t_s)
@@ -369,11 +376,12 @@ class Pipeline:
         probability = max(now, self._debouncer.tapped)  # a tap has left when it is answered
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
-    def _too_wide(self, idle: float) -> bool:
+    def _too_wide(self, prepared: Prepared) -> bool:
         """Whether the touch is wider than a finger's, by its images and their noise."""
-        if self._radius is None or idle > self._contact.quiet or not self._touch.apart:
+        if self._radius is None or prepared.idle > self._contact.quiet or prepared.broken > 1:
             return False
-        return self._contact.too_wide(*self._radius.log_radius(self._touch.signals, idle))
+        measured = self._radius.log_radius(self._touch.signals, prepared.idle)
+        return self._contact.too_wide(*measured)
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
         """Collect evidence of the user during a touch; only a gesture makes it count."""

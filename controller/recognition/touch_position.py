@@ -33,8 +33,11 @@ _CHANCE: Final = 1.4  # times its expectation: noise hardly reaches it
 _RISING_S: Final = 0.09  # after a touch, in which its finger rises: another's residue is none of it
 _GRACE: Final = 2  # images without a gesture that do not end a touch
 _RESIDUE: Final = 0.01  # deviation left by a touch, by hysteresis and drift: measured
+_OWN: Final = 0.25  # share of a touch's power that a residue does not reach
 _ROUNDS: Final = 3  # of the weights; they have converged by then
 _NEWEST: Final = 0.5  # weight of the newest image in the level of the contact
+_FAST: Final = 0.9  # weight of a noiseless sensor's newest image in the uneven level
+_NOISY: Final = 0.03  # noise that halves it
 _TINY: Final = 1e-12  # power of an image without a signal
 _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean magnitude
 
@@ -72,23 +75,32 @@ class ContactLevel:
     def __init__(self, rows: int, columns: int) -> None:
         """Begin without a contact, for images of (rows, columns)."""
         self._mean: Change = np.zeros((rows, columns))
+        self._slow: Change = np.zeros((rows, columns))
         self.uneven = 0.0
 
     def step(self, image: Image, idle: float) -> float:
         """Return the level after the next image, z, (rows, columns); `idle` as in `TouchImage`."""
         self._mean = self._mean + _NEWEST * (image.astype(np.float64) - 1.0 - self._mean)
-        noise = self._mean.size * (_TO_SIGMA * idle) ** 2 * _NEWEST / (2.0 - _NEWEST)
-        uneven = self._mean - np.median(self._mean)
-        self.uneven = math.sqrt(max(0.0, float((uneven * uneven).sum()) - noise))
+        noise = self._mean.size * (_TO_SIGMA * idle) ** 2
+        weight = _FAST / (1.0 + idle / _NOISY)
+        self._slow = self._slow + weight * (image.astype(np.float64) - 1.0 - self._slow)
+        uneven = self._slow - np.median(self._slow)
+        power = float((uneven * uneven).sum()) - noise * weight / (2.0 - weight)
+        self.uneven = math.sqrt(max(0.0, power))
+        noise *= _NEWEST / (2.0 - _NEWEST)
         return math.sqrt(max(0.0, float((self._mean * self._mean).sum()) - noise))
+
+    def restart(self) -> None:
+        """Begin again without a contact."""
+        self._mean, self._slow = np.zeros_like(self._mean), np.zeros_like(self._mean)
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
-        return {"level": self._mean.copy()}
+        return {"level": self._mean.copy(), "slow": self._slow.copy()}
 
     def restore(self, state: State) -> None:
         """Continue exactly where `state` was taken."""
-        self._mean = state["level"].copy()
+        self._mean, self._slow = state["level"].copy(), state["slow"].copy()
 
 
 class TouchImage:
@@ -147,19 +159,21 @@ class TouchImage:
                 self._image = None
         self._gap.clear()
 
+    def restart(self, idle: float) -> None:
+        """Begin another touch: what was there before is in no further image."""
+        self._untouched.clear()
+        self._gap.clear()
+        self._begin(idle)
+
     @property
     def signals(self) -> Change:
-        """Its first images, z - 1, without the residue before it, (n, rows, columns)."""
-        return self._stack(self._signals)
+        """Its first images, z - 1, (n, rows, columns), without the residue before it.
 
-    @property
-    def apart(self) -> bool:
-        """Whether the touch is twice as strong as what was there before it.
-
-        Else that may be the touch itself, as of a finger that came down slowly.
+        A residue half as strong as the touch is none: a finger came down slowly.
         """
-        first = self._signals or [self._left]
-        return float(np.square(self._left).mean()) < float(np.square(first).mean()) / 4.0
+        signals = self._stack(self._signals)
+        power = float(np.square(self._left).mean())
+        return signals + self._left if power > _OWN * float(np.square(signals).mean()) else signals
 
     def image(self, *, latest: bool = False) -> Image | None:
         """Return the image of the present touch, z, (rows, columns); None while there is none.

@@ -35,6 +35,8 @@ class PreprocessSettings:
         gate_noise: Multiple of the measured idle deviation that is added to the gate.
         adopt_s: Age at which a steady deviation becomes the baseline, unless it has the shape of
             a touch, which "difference" never has (`controller.recognition.images.drift`).
+        beside: Share of the strength of what lies on the sensor, by which a contact that begins
+            beside it is told at least; 0: none is looked for (`images.lying`).
     """
 
     normalise: str = field(default="ratio", metadata={"choices": get_args(Normalise)})
@@ -47,6 +49,7 @@ class PreprocessSettings:
     gate: float = 0.015
     gate_noise: float = 1.2
     adopt_s: float = 30.0
+    beside: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
 
     def __post_init__(self) -> None:
         if self.normalise not in get_args(Normalise) or not abs(self.scale) > 0.0:

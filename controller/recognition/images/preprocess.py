@@ -14,6 +14,7 @@ from controller.recognition.images.baseline import BaselineTracker, StoredBaseli
 from controller.recognition.images.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.images.drift import mean_of
 from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window, z_image
+from controller.recognition.images.lying import LyingContact
 from controller.recognition.images.scale import SKIN, ScaleEstimator, Signal
 from controller.shared.aliases import Mask, Reading, State
 from controller.shared.taxel_measures import leadless
@@ -31,6 +32,8 @@ class Prepared:
         idle: Mean deviation while nothing touches; 0 until it is known.
         lost: Taxels with an open lead, (rows, columns), interpolated in the image; None: none.
         dead: Dead taxels, interpolated in the same way.
+        added: z without what lay there before the newest contact, (rows, columns); None: z.
+        begun: That contact has begun in this frame.
     """
 
     image: Image
@@ -40,6 +43,14 @@ class Prepared:
     idle: float = 0.0
     lost: Mask | None = None
     dead: Mask | None = None
+    added: Image | None = None
+    begun: bool = False
+
+    @property
+    def broken(self) -> int:
+        """Number of taxels that are interpolated."""
+        found = [one for one in (self.lost, self.dead) if one is not None]
+        return int(np.any(found, axis=0).sum()) if found else 0
 
 
 class _Measured(NamedTuple):
@@ -101,6 +112,7 @@ class Preprocessor:
         self._rest = BaselineTracker(settings, self.shape, known)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
         self._mend = mend and self._soft
+        self._lying = LyingContact(rows, columns, settings.rate_hz, settings.beside)
         self._interpolator = TaxelInterpolator(rows, columns)
         self._responses = ResponseMonitor(rows, columns, settings.rate_hz)
         self._measured: _Measured | None = None  # for `learn`
@@ -168,13 +180,14 @@ class Preprocessor:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
         if len(self._images) < self.settings.window:
             return None
-        return np.array(self._images)
+        return self._lying.window(np.array(self._images))
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
         images = np.array(self._images, dtype=np.float64).reshape(-1, *self.shape)
         return {
             **self._rest.state(),
+            **self._lying.state(),
             "images": images,
             "answers": self._responses.evidence.copy(),
             "answered": self._responses.counts.copy(),
@@ -196,6 +209,7 @@ class Preprocessor:
         self._rest.restore(state)
         images = (image.astype(np.float32) for image in state["images"])
         self._images = deque(images, maxlen=self.settings.window)
+        self._lying.restore(state)
         self._responses.restore(state["answers"], state["answered"])
 
     def _rescale(self, scale: float) -> None:
@@ -246,7 +260,8 @@ class Preprocessor:
         deviation, noise = mean_of(np.abs(image - 1.0)), self._rest.noise
         strength = noise.strength(image)
         quiet = not noise.touched(deviation, strength)
-        prepared = Prepared(image, True, deviation, quiet, noise.idle, lost, dead)
+        begun, added = self._lying.step(image, noise.idle), self._lying.added(image)
+        prepared = Prepared(image, True, deviation, quiet, noise.idle, lost, dead, added, begun)
         self._measured = _Measured(values, felt, strength, prepared)
         self._images.append(image)
         return prepared

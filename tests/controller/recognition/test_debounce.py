@@ -216,6 +216,28 @@ def test_a_finger_that_stays_and_is_doubted_for_a_moment_is_answered_once() -> N
     assert leveled(stream, taps, wary)[0] == [(16, "press"), (38, "press")]
 
 
+@pytest.mark.parametrize(("doubted", "expected"), [(10, [(20, "press")]), (40, [])])
+def test_a_brisk_gesture_is_answered_soon_after_its_landing_or_never(
+    doubted: int, expected: list[tuple[int, str]]
+) -> None:
+    """A hand that has rested on the dome for a second is no press, whatever it looks like."""
+    brisk = replace(TAPS, lifted=0.5, brisk=("press",), landed_s=0.5)
+    stream = [NULL] * (10 + doubted) + [PRESS] * 20 + [NULL] * 10
+    levels = [0.0] * 10 + [1.0] * (doubted + 20) + [0.0] * 10
+    assert leveled(stream, levels, brisk)[0] == expected
+
+
+def test_another_contact_ends_the_touch_and_what_it_had_not_been_sure_of_is_answered() -> None:
+    unsure = replace(TAPS, on=1.05, late=0.98, wait_s=0.2, lifted=0.5, brisk=("press",))
+    for label, expected in ((PINCH, "pinch"), (PRESS, None)):
+        stage = Debouncer(LABELS, unsure, rate_hz=40.0)
+        for level in (0.0, *[1.0] * 10):
+            assert stage.step(sure(label if level else NULL, 0.9), level=level) is None
+        assert stage.restart() == expected
+        pressed = [stage.step(sure(PRESS, 0.99), level=0.5) for _ in range(20)]
+        assert [one for one in pressed if one] == ["press"]
+
+
 def test_a_slow_gesture_waits_until_it_is_sure_or_its_touch_ends() -> None:
     slow = replace(TAPS, slow=("twist_cw",), slow_s=0.3)
     turn = LABELS.index("twist_cw")
@@ -264,6 +286,7 @@ SHARE = st.floats(0.01, 1.0)
         patient=st.sampled_from([(), ("press",)]), awaited=st.sampled_from([(), ("pinch",)]),
         patience_s=st.sampled_from([0.2, 0.5]), lifted=st.sampled_from([2.0, 0.5]),
         slow=st.sampled_from([(), ("pinch", "twist_cw")]), slow_s=st.sampled_from([0.2, 0.5]),
+        brisk=st.sampled_from([(), ("press",)]), landed_s=st.sampled_from([0.3, 0.85]),
     ),
     arrays.arrays(np.float64, 40, elements=st.floats(0.0, 0.2)),
     arrays.arrays(np.float64, 40, elements=st.floats(0.0, 1.0)),
