@@ -169,11 +169,11 @@ class TouchImage:
     def signals(self) -> Change:
         """Its first images, z - 1, (n, rows, columns), without the residue before it.
 
-        A residue half as strong as the touch is none: a finger came down slowly.
+        An uneven residue half as strong as the touch is none: a finger came down slowly.
         """
         signals = self._stack(self._signals)
-        power = float(np.square(self._left).mean())
-        return signals + self._left if power > _OWN * float(np.square(signals).mean()) else signals
+        uneven = float(np.square(self._left - np.median(self._left)).mean())
+        return signals + self._left if uneven > _OWN * float(np.square(signals).mean()) else signals
 
     def image(self, *, latest: bool = False) -> Image | None:
         """Return the image of the present touch, z, (rows, columns); None while there is none.
