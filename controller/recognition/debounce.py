@@ -56,6 +56,7 @@ LONGEST_S = 0.6  # a command that comes later feels lost
 _BEFORE_S = 0.25  # the lowest level in this time is that before a touch
 _RISE = 0.5  # share of the uneven level, by which a contact that lands has raised it
 _FINGER = 0.06  # share of the highest level, by which it does so, too
+_UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 _KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
@@ -81,7 +82,7 @@ class DebounceSettings:
         lifted: Share of the rise of the contact's level, below which the end of a touch is that of
             the contact; above 1: any is.
         landed_s: Time after a contact's landing in which a brisk gesture fires, where the contact's
-            level is known.
+            level is known; as a tap, 1.3 times as late.
         brisk: Labels that fire only then.
         slow: Labels that may begin as another gesture.
         slow_s: Time in a touch before which they do not fire.
@@ -335,11 +336,11 @@ class Debouncer:
         share = min(1.0, self._frames / self._rate_hz / settings.wait_s)
         return settings.on + (settings.late - settings.on) * share
 
-    def _landed(self, kind: int) -> bool:
-        """Return whether a contact has landed that a class may answer."""
+    def _landed(self, kind: int, *, left: bool = False) -> bool:
+        """Return whether a contact has landed that a class may answer, now or when it has left."""
         if self.settings.lifted > 1.0:
             return True
-        last = _within(self.settings, self._rate_hz) if kind in self._brisk else 0
+        last = _within(self.settings, self._rate_hz, left=left) if kind in self._brisk else 0
         return landed(np.array(self._recent).reshape(-1, 2)[-last:])
 
     def _end(self) -> int:
@@ -353,7 +354,7 @@ class Debouncer:
             and self._peak[best] >= self._needs[0]
             and self._sum[best] / self._rate_hz >= self._needs[1]
             and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
-            and self._landed(best)
+            and self._landed(best, left=True)
         )
         self._held, self._frames, self._here = NULL, 0, False
         self.tapped = float(self._peak[best]) if enough else 0.0
@@ -361,9 +362,9 @@ class Debouncer:
         return best if enough else NULL
 
 
-def _within(settings: DebounceSettings, rate_hz: float) -> int:
-    """Return in how many frames a brisk gesture has landed."""
-    return max(2, round(settings.landed_s * rate_hz))
+def _within(settings: DebounceSettings, rate_hz: float, *, left: bool) -> int:
+    """Return in how many frames a contact has landed that a brisk gesture answers."""
+    return max(2, round(settings.landed_s * (_UNTIL_LEFT if left else 1.0) * rate_hz))
 
 
 def landed(levels: NDArray[np.float64]) -> bool:
@@ -440,14 +441,12 @@ def fire(
     sure = np.flatnonzero(early.max(axis=1) >= needed)
     taps = _taps(means, settings, rate_hz, levels, idle, begins, ends)
     brisk = [labels.index(label) for label in settings.brisk]
-    within, kept = _within(settings, rate_hz), round(_KEPT_S * rate_hz)
-    seen = np.column_stack([levels, levels])
+    seen, kept = np.column_stack([levels, levels]), round(_KEPT_S * rate_hz)
     fired: list[tuple[int, int]] = []
 
-    def has_landed(frame: int, kind: int) -> bool:
-        after = max(
-            fired[-1][0] + 1 if fired else 0, frame + 1 - (within if kind in brisk else kept)
-        )
+    def has_landed(frame: int, kind: int, *, left: bool = False) -> bool:
+        within = _within(settings, rate_hz, left=left) if kind in brisk else kept
+        after = max(fired[-1][0] + 1 if fired else 0, frame + 1 - within)
         return settings.lifted > 1.0 or landed(seen[after : frame + 1])
 
     for number, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
@@ -460,7 +459,7 @@ def fire(
                 fired.append((at, NULL + 1 + int(likely.argmax())))
                 break
         else:
-            if taps[number] != NULL and has_landed(end, taps[number]):
+            if taps[number] != NULL and has_landed(end, taps[number], left=True):
                 fired.append((end, int(taps[number])))
     return fired
 

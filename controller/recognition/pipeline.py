@@ -378,7 +378,9 @@ class Pipeline:
 
     def _too_wide(self, prepared: Prepared) -> bool:
         """Whether the touch is wider than a finger's, by its images and their noise."""
-        if self._radius is None or prepared.idle > self._contact.quiet or prepared.broken > 1:
+        if self._radius is None or prepared.idle > self._contact.quiet:
+            return False
+        if prepared.broken > 1 or prepared.beside:  # its network learned neither
             return False
         measured = self._radius.log_radius(self._touch.signals, prepared.idle)
         return self._contact.too_wide(*measured)

@@ -18,8 +18,8 @@ from controller.recognition.images.frames import Image, Window
 from controller.shared.aliases import Change, State
 
 _LANDING_S: Final = 0.1  # a finger that lands is seen after it
-_STEADY_S: Final = 0.1  # of images before that, twice
-_UNSTEADY: Final = 0.15  # share of what lies by which these may differ
+_STEADY_S: Final = 0.2  # of images before that
+_UNSTEADY: Final = 0.2  # share of what lies by which these may differ
 _LOST: Final = 0.4  # share of a new contact's gain that others may lose
 _LEFT: Final = 0.4  # share of what lies, with which it has left
 _LEAST: Final = 0.08  # norm of z - 1 of what counts as lying
@@ -45,7 +45,7 @@ class LyingContact:
         self._share = share
         self._landing = max(2, round(_LANDING_S * rate_hz))
         self._steady = max(1, round(_STEADY_S * rate_hz))
-        most = self._landing + 2 * self._steady
+        most = self._landing + self._steady
         self._recent: deque[Change] = deque(maxlen=most)  # z - 1, newest last
         self._lies: Change = np.zeros((rows, columns))
         self._since = 0  # images since something began or ended to lie; 0: long ago
@@ -64,28 +64,27 @@ class LyingContact:
         self._since += self._since > 0
         if self._lies.any() and float(self._there(signal)) < _LEFT:
             self._lies, self._since = np.zeros_like(self._lies), 1
-        if len(self._recent) < self._landing + 2 * self._steady or idle > _QUIET:
+        if len(self._recent) < self._landing + self._steady or idle > _QUIET:
             return False
-        recent = np.array(self._recent)
-        before = recent[: self._steady].mean(axis=0)
-        lies = np.minimum(recent[self._steady : 2 * self._steady].mean(axis=0), 0.0)
-        gain, moved = recent[-2:].mean(axis=0) - lies, lies - np.minimum(before, 0.0)
-        variance = (_TO_SIGMA * idle) ** 2
-        strength = _above(lies - np.median(lies), variance / self._steady)
+        steady = self._steady
+        before, newest = np.array(self._recent)[:steady], np.array(self._recent)[-2:]
+        lies, variance = np.minimum(before.mean(axis=0), 0.0), (_TO_SIGMA * idle) ** 2
+        strength = _above(lies - np.median(lies), variance / steady)
         if strength < _LEAST:
             return False
-        if _above(moved, 2 * variance / self._steady) > _UNSTEADY * strength:
+        if _above(before - lies, variance) > _UNSTEADY * strength * math.sqrt(steady):
             return False
+        gain = newest.mean(axis=0) - lies
         own = gain - np.median(gain)  # pressure changes all taxels alike
         deeper = max(0.0, float((own * lies).sum()) / float(np.square(lies).sum()))
         own -= deeper * lies
-        noise = variance * (0.5 + 1.0 / self._steady)
+        noise = variance * (0.5 + 1.0 / steady)
         added, lost = np.minimum(gain, 0.0), np.maximum(gain, 0.0)
         if _above(own, noise) < self._share * strength:
             return False
         if _above(lost, noise / 2) > _LOST * _above(added, noise / 2):
             return False
-        self._lies, self._since = lies, self._landing + self._steady
+        self._lies, self._since = lies, self._landing + self._steady // 2
         self._recent.clear()
         return True
 

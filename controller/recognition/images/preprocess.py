@@ -47,6 +47,11 @@ class Prepared:
     begun: bool = False
 
     @property
+    def beside(self) -> bool:
+        """Whether other contacts lie beside the newest one."""
+        return self.added is not None and self.added is not self.image
+
+    @property
     def broken(self) -> int:
         """Number of taxels that are interpolated."""
         found = [one for one in (self.lost, self.dead) if one is not None]
