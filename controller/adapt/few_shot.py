@@ -24,6 +24,7 @@ from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
 from controller.recognition import debounce
 from controller.recognition.debounce import DebounceSettings, Probabilities
+from controller.recognition.images.lying import LyingContact
 from controller.shared import errors
 from controller.shared.aliases import Windows
 from controller.shared.errors import TroubleError
@@ -150,6 +151,11 @@ def _manifest(
     mapping = {**table["mapping"], **own}
     table["mapping"] = {k: rule for k, rule in mapping.items() if k in labels and rule != ""}
     table["labels"], table["debounce"] = labels, asdict(before.debounce)
+    share, rate_hz = table["preprocess"].get("beside", 0.0), table["rate_hz"]
+    for label in set(labels) - set(before.trained):
+        taught = [_of_several(one, share, rate_hz) for one in examples if one.label == label]
+        if 2 * sum(taught) > len(taught):
+            table["preprocess"] = {**table["preprocess"], "beside": 0.0}
     table["card"].pop("added", None)
     if notes:
         table["card"]["added"] = list(notes)
@@ -311,6 +317,13 @@ def _checked(before: Lessons, examples: Sequence[Example]) -> tuple[Example, ...
             raise AdaptError(notice("no_user"))
         fresh.append(replace(found, user=user))
     return lessons.unpack(lessons.pack(fresh, before.grid))
+
+
+def _of_several(example: Example, share: float, rate_hz: float) -> bool:
+    """Return whether contacts of an example begin beside others of it: it is seen as a whole."""
+    rows, columns = example.images.shape[1:]
+    stage = LyingContact(rows, columns, rate_hz, share)
+    return any(stage.step(image, example.noise() / math.sqrt(2.0)) for image in example.images)
 
 
 def _classes(logits: Matrix, touch: NDArray[np.int32]) -> NDArray[np.int64]:

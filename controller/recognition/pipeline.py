@@ -230,8 +230,9 @@ class Pipeline:
     def exchange(self, settings: PipelineSettings, networks: Networks, mapping: Mapping) -> None:
         """Use another bundle from the next frame on; rest and images stay, a held gesture ends.
 
-        It has the grid and the preprocessing of the one before.
+        It has the grid and the preprocessing of the one before, but for contacts beside others.
         """
+        self._preprocessor.look_beside(settings.preprocess.beside)
         self.labels, self.mapping = settings.labels, mapping
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         self._strength = settings.strength

@@ -64,29 +64,32 @@ class LyingContact:
         self._since += self._since > 0
         if self._lies.any() and float(self._there(signal)) < _LEFT:
             self._lies, self._since = np.zeros_like(self._lies), 1
-        if len(self._recent) < self._landing + self._steady or idle > _QUIET:
+        if not self._begins(idle):
             return False
-        steady = self._steady
-        before, newest = np.array(self._recent)[:steady], np.array(self._recent)[-2:]
-        lies, variance = np.minimum(before.mean(axis=0), 0.0), (_TO_SIGMA * idle) ** 2
-        strength = _above(lies - np.median(lies), variance / steady)
-        if strength < _LEAST:
-            return False
-        if _above(before - lies, variance) > _UNSTEADY * strength * math.sqrt(steady):
-            return False
-        gain = newest.mean(axis=0) - lies
-        own = gain - np.median(gain)  # pressure changes all taxels alike
-        deeper = max(0.0, float((own * lies).sum()) / float(np.square(lies).sum()))
-        own -= deeper * lies
-        noise = variance * (0.5 + 1.0 / steady)
-        added, lost = np.minimum(gain, 0.0), np.maximum(gain, 0.0)
-        if _above(own, noise) < self._share * strength:
-            return False
-        if _above(lost, noise / 2) > _LOST * _above(added, noise / 2):
-            return False
-        self._lies, self._since = lies, self._landing + self._steady // 2
+        steady = np.array(self._recent)[: self._steady]
+        self._lies = np.minimum(steady.mean(axis=0), 0.0)
+        self._since = self._landing + self._steady // 2
         self._recent.clear()
         return True
+
+    def _begins(self, idle: float) -> bool:
+        """Whether the newest images gain at another place than steady ones before them show."""
+        if len(self._recent) < self._landing + self._steady or idle > _QUIET:
+            return False
+        recent = np.array(self._recent)
+        before, newest = recent[: self._steady], recent[-2:].mean(axis=0)
+        lies, variance = np.minimum(before.mean(axis=0), 0.0), (_TO_SIGMA * idle) ** 2
+        strength = _above(lies - np.median(lies), variance / len(before))
+        unsteady = _above(before - lies, variance) / math.sqrt(len(before))
+        if strength < _LEAST or unsteady > _UNSTEADY * strength:
+            return False
+        noise, gain = variance * (0.5 + 1.0 / len(before)), newest - lies
+        own = gain - np.median(gain)  # pressure changes all taxels alike
+        deeper = max(0.0, float((own * lies).sum()) / float(np.square(lies).sum()))
+        if _above(own - deeper * lies, noise) < self._share * strength:
+            return False
+        added, lost = np.minimum(gain, 0.0), np.maximum(gain, 0.0)
+        return _above(lost, noise / 2) <= _LOST * _above(added, noise / 2)
 
     def added(self, images: Image) -> Image:
         """Return images, z, (..., rows, columns), without what lies and is still there."""

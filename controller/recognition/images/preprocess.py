@@ -166,6 +166,12 @@ class Preprocessor:
         stage._scale = self._scale
         return stage
 
+    def look_beside(self, share: float) -> None:
+        """Look for contacts beside others from that share of their strength on; 0: for none."""
+        if share != self.settings.beside:
+            self.settings = replace(self.settings, beside=share)
+            self._lying = LyingContact(*self.shape, self.settings.rate_hz, share)
+
     @property
     def rest(self) -> Frame | None:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""

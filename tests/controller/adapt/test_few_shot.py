@@ -92,6 +92,22 @@ def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
     assert late.count("double_tap") > len(late) / 2
 
 
+@pytest.mark.parametrize(("later", "beside"), [(40, 0.0), (0, 0.2)])
+def test_a_gesture_whose_contacts_begin_one_after_another_is_seen_as_a_whole(
+    later: int, beside: float
+) -> None:
+    """Else the second would be seen alone, as a press."""
+    data, rng = bundles.default_path(40.0).read_bytes(), np.random.default_rng(1)
+    taught = []
+    for _ in range(3):
+        images = 1.0 + rng.normal(0.0, 0.005, (160, 5, 5))
+        images[40:120, 0:2, 0:2] -= 0.2
+        images[40 + later : 120, 3:5, 3:5] -= 0.25
+        taught.append(Example("chord", images.astype(np.float32)))
+    made = bundles.parse(written(adapt.teach(data, taught, command="hold")))
+    assert made.preprocess.beside == beside
+
+
 def test_the_old_gestures_stay() -> None:
     learned = bundles.parse(taught())
     before, after = named(LOADED, LOADED.golden.windows), named(learned, LOADED.golden.windows)
