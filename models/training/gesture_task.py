@@ -17,7 +17,7 @@ from models.data.splits import Parts
 from models.evaluation import scores
 from models.results.training import Epoch, GestureResult
 from models.training import transfer
-from models.training.loop import AT_ONCE, Task, TrainingJob, batched, fit_shown
+from models.training.loop import AT_ONCE, JUDGED, Task, TrainingJob, batched, fit_shown, spread
 from models.training.networks import Network, gesture_net
 
 WINDOWS_HZ: Final = 10.0  # windows of a second that an epoch draws: neighbours are nearly the same
@@ -82,15 +82,15 @@ class GestureTask(Task):
         return nn.functional.cross_entropy(logits, label, self._weights), right
 
     def check(self) -> tuple[float, float]:
-        """Return loss and share of right answers on the windows held out."""
-        logits, label = self.answers(self.ends["check"])
+        """Return loss and share of right answers on some of the windows held out."""
+        logits, label = self.answers(spread(self.ends["check"], JUDGED))
         if not len(label):
             return np.nan, np.nan
         return float(nn.functional.cross_entropy(logits, label)), _right(logits, label)
 
     def random(self) -> float:
-        """Return the share of right answers on windows at random."""
-        return _right(*self.answers(self.ends["random"]))
+        """Return the share of right answers on some windows at random."""
+        return _right(*self.answers(spread(self.ends["random"], JUDGED)))
 
     def answers(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return logits (windows, classes) and classes (windows,) by the windows' last frames."""

@@ -17,7 +17,7 @@ from models.data.touch_images import Touches
 from models.evaluation import scores
 from models.results.training import Epoch, LocationResult
 from models.training import transfer
-from models.training.loop import AT_ONCE, Task, TrainingJob, fit_shown
+from models.training.loop import AT_ONCE, JUDGED, Task, TrainingJob, fit_shown, spread
 from models.training.networks import Network, location_net
 
 
@@ -61,15 +61,15 @@ class LocationTask(Task):
         return nn.functional.smooth_l1_loss(off, zero, beta=self.recipe.robust), error
 
     def check(self) -> tuple[float, float]:
-        """Return loss and mean error on the images held out."""
-        off = self.errors(self.parts.check)
+        """Return loss and mean error on some of the images held out."""
+        off = self.errors(spread(self.parts.check, JUDGED))
         if not len(off):
             return np.nan, np.nan
         return float(np.square(off).mean()), float(np.abs(off).mean())
 
     def random(self) -> float:
-        """Return the mean error on images at random."""
-        off = self.errors(self.parts.random)
+        """Return the mean error on some images at random."""
+        off = self.errors(spread(self.parts.random, JUDGED))
         return float(np.abs(off).mean()) if len(off) else np.nan
 
     def errors(self, images: Index) -> NDArray[np.float32]:

@@ -33,6 +33,7 @@ WARM_UP: Final = 0.1  # share of the steps in which the learning rate rises
 FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
+JUDGED: Final = 4000  # examples of each kind that an epoch is judged on
 CLEAR: Final = "\r\x1b[2K"
 
 Watch = Callable[[Epoch], None]  # takes every epoch
@@ -77,11 +78,11 @@ class Task(ABC):
         """Return the loss of a batch (batch,), and its mean score."""
 
     def check(self) -> tuple[float, float]:
-        """Return loss and score on the examples held out; NaN if none are."""
+        """Return loss and score on some of the examples held out; NaN if none are."""
         return math.nan, math.nan
 
     def random(self) -> float:
-        """Return the score on examples at random, the paper's protocol; NaN if there are none."""
+        """Return the score on some examples at random, the paper's protocol; NaN without any."""
         return math.nan
 
 
@@ -200,6 +201,11 @@ def batched(net: nn.Module, inputs: Callable[[Index], Tensor], index: Index) -> 
     starts = range(0, max(1, len(index)), AT_ONCE)
     with torch.no_grad():
         return torch.cat([net(inputs(index[start : start + AT_ONCE])) for start in starts])
+
+
+def spread(index: Index, most: int) -> Index:
+    """Return at most so many entries of an index (n,), evenly spread."""
+    return index[:: max(1, -(-len(index) // most))]
 
 
 def prepare_torch(seed: int) -> torch.device:

@@ -18,7 +18,7 @@ from models.data.load import Data
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts, choice_folds
 from models.training.gesture_task import gesture_task
-from models.training.loop import fit
+from models.training.loop import fit, spread
 
 STEPS: Final = 120  # batches of each trial
 BATCH: Final = 128  # windows
@@ -94,18 +94,13 @@ def _trial(
     def judge(vocabulary: Vocabulary) -> tuple[float, float]:
         answers = []
         for learned, held in folds:
-            parts = Parts(_spread(learned, LEARNED), held[:0], held[:0])
+            parts = Parts(spread(learned, LEARNED), held[:0], held[:0])
             tried = replace(data, vocabulary=vocabulary)
             task = gesture_task(tried, parts, brief, seed, device)
             fit(task, seed)
-            answers.append(task.answers(data.examples.ends[_spread(held, JUDGED)]))
+            answers.append(task.answers(data.examples.ends[spread(held, JUDGED)]))
         logits, label = map(torch.cat, zip(*answers, strict=True))
         right = float((logits.argmax(dim=1) == label).float().mean())
         return float(functional.cross_entropy(logits, label)), right
 
     return judge
-
-
-def _spread(index: Index, most: int) -> Index:
-    """Return at most so many entries of an index, evenly spread."""
-    return index[:: max(1, -(-len(index) // most))]
