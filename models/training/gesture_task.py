@@ -52,7 +52,8 @@ class GestureTask(Task):
         }
         label = examples.label[self.ends["train"]]
         self._null = self.ends["train"][label == 0]
-        share = min(1.0, WINDOWS_HZ / examples.rate_hz)
+        wanted = np.count_nonzero(label) + recipe.null_share * len(self._null)
+        share = min(WINDOWS_HZ / examples.rate_hz, recipe.share(wanted))
         self._drawn = round(share * recipe.null_share * len(self._null))
         self._weights = _weights(label, classes, recipe, answers or classes).to(device)
         shape = (examples.window, *examples.images.shape[1:])

@@ -112,3 +112,11 @@ def test_a_narrowed_network_tells_the_first_classes_apart_as_before() -> None:
     windows = 1.0 + 0.1 * torch.randn(4, WINDOW, 5, 5)
     with torch.no_grad():
         torch.testing.assert_close(net.narrowed(3)(windows), net(windows)[:, :3])
+
+
+def test_a_course_is_as_long_however_many_windows_there_are() -> None:
+    recipe = replace(DEFAULT.gesture, steps=16, batch=10, limits=(8, 100))
+    taught = task(recipe)
+    assert len(taught.ends["train"]) > 16 * 10
+    assert (taught.steps(), recipe.passes(taught.steps() * recipe.batch)) == (2, 8)
+    assert task(replace(recipe, epochs=3)).steps() == 110  # all of them, if epochs are asked for
