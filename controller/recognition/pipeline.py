@@ -237,7 +237,7 @@ class Pipeline:
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         self._strength = settings.strength
         self._contact, self._radius = settings.contact, settings.radius
-        self._refused = False  # the touch that is held was too wide for its gesture
+        self._refused = False  # the touch that is held was too wide or narrow for its gesture
         rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
@@ -343,8 +343,8 @@ class Pipeline:
         if touch is not None and self._spread is not None:
             sigma = self._spread.sigma(self._touch.blur)
         self._refused &= bool(held)
-        if gesture in self._contact.labels and self._too_wide(prepared):
-            self._refused, gesture = bool(held), None
+        if gesture is not None and (fitting := self._fitting(gesture, prepared)) != gesture:
+            self._refused, gesture = bool(held), fitting
         if gesture is not None:
             command = self._command(gesture, touch, probabilities, t_s)
         if self._identifier is not None:
@@ -377,14 +377,14 @@ class Pipeline:
         probability = max(now, self._debouncer.tapped)  # a tap has left when it is answered
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
-    def _too_wide(self, prepared: Prepared) -> bool:
-        """Whether the touch is wider than a finger's, by its images and their noise."""
+    def _fitting(self, gesture: str, prepared: Prepared) -> str | None:
+        """Return the gesture that a touch of its radius can be in place of one, None: neither."""
         if self._radius is None or prepared.idle > self._contact.quiet:
-            return False
+            return gesture
         if prepared.broken > 1 or prepared.beside:  # its network learned neither
-            return False
+            return gesture
         measured = self._radius.log_radius(self._touch.signals, prepared.idle)
-        return self._contact.too_wide(*measured)
+        return self._contact.fitting(gesture, *measured)
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
         """Collect evidence of the user during a touch; only a gesture makes it count."""

@@ -28,6 +28,8 @@ from models.training import checkpoint
 from models.training.request import Request
 
 LABEL: Final = "press"  # the gesture of a single finger
+SEVERAL: Final = ("pinch", "twist_cw", "twist_ccw")  # gestures of several fingers
+NARROWEST_MM: Final = 18.0  # measured: twists and pinches from 20, fingers that slide to 17
 PARTS: Final = 25  # simulated one by one, the last is held out
 ORBS: Final = 160  # of each part
 EPOCHS: Final = 10
@@ -56,7 +58,10 @@ def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> 
     checkpoint.claim(folder, ("contacts", loaded.hash, request.seed, orbs, rounds, software()))
     parts = _simulated(loaded, request.seed, orbs, folder, say)
     network = fit(parts[:-1], request.seed, rounds, say)
-    settings = ContactSettings(labels=(LABEL,))
+    several = tuple(label for label in loaded.labels if label in SEVERAL)
+    settings = ContactSettings(
+        labels=(LABEL,), several=several, narrowest_mm=NARROWEST_MM if several else 0.0
+    )
     lost, through = _shares(network, parts[-1], settings)
     touches = sum(int(one.touch[-1]) + 1 for one in parts[:-1])
     result = ContactResult(request.out.name, touches, lost, through)

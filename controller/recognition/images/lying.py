@@ -22,6 +22,7 @@ _STEADY_S: Final = 0.2  # of images before that
 _UNSTEADY: Final = 0.2  # share of what lies by which these may differ
 _LOST: Final = 0.4  # share of a new contact's gain that others may lose
 _LEFT: Final = 0.4  # share of what lies, with which it has left
+_UNDER: Final = 0.65  # share of its strength from which on a taxel is under what lies
 _LEAST: Final = 0.08  # norm of z - 1 of what counts as lying
 _WHOLE: Final = 0.7  # share of it, with which all of it is there: a contact beside it weakens it
 _QUIET: Final = 0.03  # noise above which a finger's part of an image is not seen soon enough
@@ -86,7 +87,10 @@ class LyingContact:
         noise, gain = variance * (0.5 + 1.0 / len(before)), newest - lies
         own = gain - np.median(gain)  # pressure changes all taxels alike
         deeper = max(0.0, float((own * lies).sum()) / float(np.square(lies).sum()))
-        if _above(own - deeper * lies, noise) < self._share * strength:
+        own -= deeper * lies
+        if _above(own, noise) < self._share * strength:
+            return False
+        if lies.flat[own.argmin()] < _UNDER * lies.min():  # it is the same that slides or deepens
             return False
         added, lost = np.minimum(gain, 0.0), np.maximum(gain, 0.0)
         return _above(lost, noise / 2) <= _LOST * _above(added, noise / 2)

@@ -77,6 +77,25 @@ def test_a_contact_too_wide_for_its_gesture_is_not_answered_and_not_held() -> No
         assert steps[35].held == held
 
 
+@pytest.mark.parametrize(
+    ("gesture", "radius_mm", "deviation", "fitting"),
+    [
+        ("press", 8.0, 0.1, "press"),
+        ("press", 20.0, 0.1, None),  # an elbow
+        ("press", 20.0, 0.9, "press"),  # unsure
+        ("twist", 22.0, 0.1, "twist"),
+        ("twist", 9.0, 0.1, "press"),  # a finger that slides around
+        ("twist", 9.0, 0.5, "twist"),  # unsure
+        ("hum", 3.0, 0.1, "hum"),  # of no known number of fingers
+    ],
+)
+def test_a_touch_is_answered_by_what_its_radius_can_be(
+    gesture: str, radius_mm: float, deviation: float, fitting: str | None
+) -> None:
+    contact = ContactSettings(labels=("press",), several=("twist",), narrowest_mm=18.0)
+    assert contact.fitting(gesture, math.log(radius_mm), deviation) == fitting
+
+
 @pytest.mark.parametrize(("radius_mm", "answers"), [(7.0, ["press"]), (20.0, [])])
 def test_the_shipped_bundle_answers_a_finger_and_no_elbow(
     radius_mm: float, answers: list[str]
