@@ -201,11 +201,12 @@ class Network:
             replay.refuse(one.source, self._bundle)
             new = one, np.zeros(len(one.source.frames), dtype=np.bool_)
             asked.setdefault(id(one.source), new)[1][one.span] = True
-        found = [
-            adapt.Example(label, images)
-            for one, frames in asked.values()
-            for images in add_gesture.around(self._bundle, one.source, frames)
-        ]
+        found, own = [], []
+        for one, frames in asked.values():
+            session = add_gesture.Session.of(self._bundle, one.source)
+            names = Recording(one.source).label
+            found += session.examples(label, frames, names)
+            own += session.stretches(label, frames, names)
         if not found:
             raise UserError(
                 "there is no example; give three to five slices of recordings, each a second or "
@@ -216,7 +217,7 @@ class Network:
         turns = turns if rotations is None else rotations
         mirror = mirror if mirrored is None else mirrored
         found = [replace(one, rotations=turns, mirrored=mirror) for one in found]
-        made = adapt.teach(self._data, found, command=command)
+        made = adapt.teach(self._data, found, command=command, own=own)
         return Network(bundles.assembled(made.manifest, made.parts))
 
     def save(self, path: Path | str) -> None:

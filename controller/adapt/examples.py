@@ -29,6 +29,8 @@ WHOLE: Final = 0.25  # of the greatest stretch: a smaller one is noise
 IDLE: Final = 0.25  # quantile of the frames that counts as idle
 FIRM: Final = 0.9  # quantile of a touch's frames that counts as firm
 PAUSE_S: Final = 0.4  # between two touches; that of a double tap is shorter
+REACH_S: Final = 1.0  # an edge of a label may be so far off its touch,
+EDGE_S: Final = 0.5  # and so far off is what is not learned from at least
 LEAST: Final = 2.5  # least ratio of a touch's energy to the deviation of idle frames
 STILL: Final = 0.2  # share of an example's frames that are surely untouched
 TELLING: Final = 0.8  # of a touch: before this share it is ambiguous, and counts less
@@ -65,6 +67,7 @@ class Example:
     mirrored: bool = False  # its mirror image is the same gesture
     # first frame of the touch and the frame after its last; None until `found`
     span: tuple[float, float] | None = None
+    edge: float = 0.0  # frames beside the span that may belong to it, and are not learned from
 
     def found(self, rate_hz: float = 10.0) -> "Example | None":
         """Return the example with the span of its touch, or None without a touch.
@@ -82,6 +85,21 @@ class Example:
         begin, end = touches[-1].span
         images = self.images[first : touches[-1].quiet + 1]
         return replace(self, images=images, span=(begin - first, end - first))
+
+    def labelled(self, first: int, end: int, rate_hz: float) -> "Example":
+        """Return the example with the span of a label, of frames `first` to `end` - 1.
+
+        All touches within count, however many and however light. Edges of labels are early or late:
+        those of the span move to the touch by at most `REACH_S`, and what is near is unclear.
+        """
+        touches = [one.span for one in touched(self.images, rate_hz)] if end > first + 2 else []
+        own = [(b, e) for b, e in touches if min(e, end) - max(b, first) > 0.5 * (e - b)]
+        reach, span = REACH_S * rate_hz, (float(first), float(end))
+        if own and own[-1][1] - own[0][0] > 0.5 * (end - first):
+            begin = min(max(own[0][0], first - reach), first + reach)
+            span = (begin, min(max(own[-1][1], end - reach), end + reach))
+        moved = max(abs(span[0] - first), abs(span[1] - end))
+        return replace(self, span=span, edge=max(moved, EDGE_S * rate_hz))
 
     def noise(self) -> float:
         """Return the mean change of a taxel between frames at rest, z."""
@@ -164,19 +182,23 @@ def vary(
     vague = VAGUE if window >= SLOW else 0.0
     turns = _turns(example)
     for number in range(copies):
-        seen, (begin, end) = (images, span)
+        seen, (begin, end), edge = images, span, example.edge
         if number:
             seen, at = paced(clean, rng)
-            begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
+            begin, end = ((place - at[0]) / (at[1] - at[0]) for place in span)
+            edge /= at[1] - at[0]
             seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
             seen = seen + noise * rng.standard_normal(seen.shape, dtype=np.float32)
         last = thinned(np.arange(window - 1, len(seen)), window, number, rng)
         clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
-        last = last[clear]
+        within = (last >= begin) & (last < end)
+        clear &= within | (last < begin - edge) | (last >= end + edge)
+        last, within = last[clear], within[clear]
         cut = seen[last[:, None] + np.arange(1 - window, 1)]
         made.append(cut.astype(np.float32))
         telling = np.clip(((last - begin) / (end - begin) - vague) / (TELLING - vague), 0.0, 1.0)
-        within = (last >= begin) & (last < end)
+        if edge:  # a label may last: then a window within it shows nothing else
+            telling[last - begin >= window - 1] = 1.0
         inside.append(np.where(within, telling, -1.0).astype(np.float32))
     return np.concatenate(made), np.concatenate(inside)
 

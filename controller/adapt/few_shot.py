@@ -18,6 +18,7 @@ from controller.adapt import lessons
 from controller.adapt.examples import NULL_LABEL, Example, varied, vary
 from controller.adapt.fit import TrainingSet, fit
 from controller.adapt.lessons import Lessons, Rehearsal
+from controller.adapt.own_frames import OwnFrames
 from controller.bundles import container
 from controller.bundles.head import EVERYBODY, Head, Matrix, softmax
 from controller.bundles.inference import onnxruntime_engine
@@ -37,12 +38,15 @@ SHARE: Final = 0.185  # weight of a noiseless label that was trained, relative t
 NEW_SHARE: Final = 0.27  # and of a new one
 NOISY: Final = 0.2  # noise that halves this weight at 10 Hz, z: it makes gestures more alike
 AROUND: Final = 1.0  # weight of the windows around a touch, relative to those within
-LEAST_KEPT: Final = 0.9  # least share of rehearsed gestures whose class must not change
+LEAST_KEPT: Final = 0.9  # least share of what was rehearsed whose class must not change
+WELL_KEPT: Final = 0.97  # share of the teacher's other windows with which a lesson is content;
+SHARES: Final = (1.0, 0.5, 0.25)  # else a new gesture weighs less
 CORRECTED: Final = "corrected in play: "  # begins the note of a correction
 _SEED: Final = 0  # the same examples give the same bundle
 _EMBEDDED: Final = 64  # windows that are embedded at once
 _PREPARED, _READY = 0.1, 0.5  # progress when windows are cut, and when they are embedded
 
+Stretch = tuple[str, Windows]  # its label, and windows (n, window, rows, columns)
 Progress = Callable[[float], None]  # takes the share that is done, 0 to 1
 
 
@@ -69,6 +73,7 @@ def teach(
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
     again: bool = False,
+    own: Sequence[Stretch] = (),
     progress: Progress = lambda share: None,
 ) -> AdaptedBundle:
     """Return a bundle extended by examples.
@@ -80,6 +85,8 @@ def teach(
             (docs/mapping.md); "": nothing, None: as before.
         note: Entry of the card; by default the gestures and numbers of examples.
         again: Earlier examples of the same gestures and users are replaced.
+        own: What else is known of those who teach: stretches of other gestures and of null. They
+            are rehearsed like windows of the training, and a third of them judges the lesson.
         progress: Called with the share that is done.
 
     Raises:
@@ -92,7 +99,8 @@ def teach(
     rest = tuple(one for one in before.examples if (one.label, one.user) not in replaced)
     rules = {} if command is None else {one.label: command for one in fresh}
     notes = [note] if note else _described(fresh)
-    return _relearned(before, (*rest, *fresh), rules, _notes(before, rest) + notes, progress)
+    notes = _notes(before, rest) + notes
+    return _relearned(before, (*rest, *fresh), rules, notes, progress, own)
 
 
 def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> AdaptedBundle:
@@ -118,6 +126,7 @@ def _relearned(
     rules: Mapping[str, Any],
     notes: Sequence[str],
     progress: Progress,
+    stretches: Sequence[Stretch] = (),
 ) -> AdaptedBundle:
     """Return the bundle that examples make of the head as it was trained."""
     table = _manifest(before, examples, rules, notes)
@@ -125,7 +134,7 @@ def _relearned(
     content.pop(container.TAUGHT, None)
     if not examples:
         return AdaptedBundle(_text(table), content)
-    lesson = _Lesson.of(before, table)
+    lesson = _Lesson.of(before, table, stretches)
     fitted = {
         user: lesson.fit([one for one in examples if one.user in (EVERYBODY, user)], progress)
         for user in sorted({one.user for one in examples})
@@ -135,7 +144,7 @@ def _relearned(
         settings = lesson.patient(settings, fitted[EVERYBODY].rows, new)
     table["debounce"] = asdict(settings)
     rows = {user: one.rows for user, one in fitted.items()}
-    content[container.TAUGHT] = lessons.pack_taught(examples, before.debounce, rows)
+    content[container.TAUGHT] = lessons.pack_taught(examples, lesson.own, before.debounce, rows)
     kept = min(one.kept for one in fitted.values())
     recognised = next(iter(fitted.values())).recognised
     return AdaptedBundle(_text(table), content, kept, settings, recognised)
@@ -185,12 +194,15 @@ class _Lesson:
     embedding: Network
     head: Head  # as it was trained
     known: Rehearsal
+    own: OwnFrames
     labels: tuple[str, ...]  # old and new
     window: int
     rate_hz: float
 
     @classmethod
-    def of(cls, before: Lessons, table: Mapping[str, Any]) -> "_Lesson":
+    def of(
+        cls, before: Lessons, table: Mapping[str, Any], stretches: Sequence[Stretch]
+    ) -> "_Lesson":
         """Return the lesson of a bundle and its new manifest; AdaptError if it cannot learn."""
         if before.rehearsal is None:
             raise AdaptError(notice("no_rehearsal"))
@@ -201,7 +213,13 @@ class _Lesson:
         except EngineError as error:
             raise AdaptError(notice("the_network", error)) from None
         labels = tuple(table["labels"])
-        return cls(embedding, before.head, before.rehearsal, labels, window, rate_hz)
+        own = before.own
+        for label, windows in stretches:
+            outputs = _embed(embedding, windows)
+            touch = np.zeros(len(windows), dtype=np.int32)
+            own = own.joined(OwnFrames(outputs, touch, np.full(len(windows), label, "U40")))
+        own = own.thinned()
+        return cls(embedding, before.head, before.rehearsal, own, labels, window, rate_hz)
 
     def fit(self, examples: Sequence[Example], progress: Progress) -> _Fitted:
         """Return rows fitted to examples; AdaptError if the old gestures would suffer."""
@@ -210,28 +228,42 @@ class _Lesson:
         cut = [self._windows(one, alike[one.label], rng) for one in examples]
         windows, kinds, weights = map(np.concatenate, zip(*cut, strict=True))
         progress(_PREPARED)
-        embedding = np.concatenate([self.known.embedding, self._embed(windows)])
+        learned, judging = self.own.split(self.labels)
+        own = self.own.embedding[learned.windows]
+        embedding = np.concatenate([self.known.embedding, self._embed(windows), own])
         progress(_READY)
         logits, old = self.head.logits(embedding), len(self.known.embedding)
+        taught, trained = slice(old, old + len(kinds)), logits.shape[1]
         # The target of old windows is the head's own output, with its confidence.
         target = np.zeros((len(embedding), len(self.labels)), dtype=np.float32)
-        target[:old, : logits.shape[1]] = softmax(logits[:old])
-        target[old + np.arange(len(kinds)), kinds] = 1.0
-        weight = np.concatenate([np.full(old, 1.0 / old), weights])
-        data = TrainingSet(embedding, logits, target, weight)
-        rows = fit(data, lambda share: progress(_READY + (1.0 - _READY) * share))
-        after = self.head.extended(rows).logits(embedding)
-        before, now = (_classes(values[:old], self.known.touch) for values in (logits, after))
-        kept = float((before == now).mean()) if len(now) else 1.0
+        target[:old, :trained] = softmax(logits[:old])
+        target[old + np.arange(len(own) + len(kinds)), np.append(kinds, learned.kinds)] = 1.0
+        weight = np.concatenate([np.full(old, 1.0 / old), weights, learned.weights()])
+        new = np.flatnonzero(np.append(np.full(old, 0), kinds) >= trained)
+        if len(own) and len(new):  # a new gesture then weighs as much as an old one
+            usual = float((weight @ target - weight[new] @ target[new])[1:trained].mean())
+            weight[new] *= max(1.0, usual / NEW_SHARE)
+        for fewer in SHARES if len(judging.windows) and len(new) else SHARES[:1]:
+            lighter = weight.copy()
+            lighter[new] *= fewer
+            data = TrainingSet(embedding, logits, target, lighter)
+            rows = fit(data, lambda share: progress(_READY + (1.0 - _READY) * share))
+            head = self.head.extended(rows)
+            after = head.logits(embedding)
+            before, now = (_classes(values[:old], self.known.touch) for values in (logits, after))
+            kept = float((before == now).mean()) if len(now) else 1.0
+            kept = min(kept, judging.kept(self.own.embedding, self.head, head))
+            if kept >= WELL_KEPT:
+                break
         if kept < LEAST_KEPT:
             raise AdaptError(notice("suffer", kept))
         recognised = {
             self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
         }
         for k in sorted(set(kinds.tolist())):
-            if k >= logits.shape[1]:
+            if k >= trained:
                 last = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())
-                named = after[old:][last].argmax(axis=1)
+                named = after[taught][last].argmax(axis=1)
                 recognised[self.labels[k]] = float((named == k).mean())
         return _Fitted(rows, kept, recognised)
 
@@ -263,8 +295,7 @@ class _Lesson:
         return np.split(answers, np.cumsum([len(images) for images in seen])[:-1])
 
     def _embed(self, windows: Windows) -> Matrix:
-        parts = range(0, len(windows), _EMBEDDED)
-        return np.concatenate([self.embedding(windows[at : at + _EMBEDDED]) for at in parts])
+        return _embed(self.embedding, windows)
 
     def _windows(
         self, one: Example, alike: int, rng: np.random.Generator
@@ -280,6 +311,12 @@ class _Lesson:
         each = np.where(inside, within, AROUND / max(1.0, float((~inside).sum())))
         new = self.labels.index(one.label) >= len(self.head.out)
         return windows, kind, weight_of(one, self.rate_hz, new=new) * each / alike
+
+
+def _embed(network: Network, windows: Windows) -> Matrix:
+    """Return the embeddings of windows, (n, width)."""
+    parts = range(0, len(windows), _EMBEDDED)
+    return np.concatenate([network(windows[at : at + _EMBEDDED]) for at in parts])
 
 
 def weight_of(example: Example, rate_hz: float = 10.0, *, new: bool = False) -> float:

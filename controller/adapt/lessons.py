@@ -8,7 +8,13 @@ The part `rehearsal.npz` holds windows of the training's recordings, against for
     firmest    uint8 (labels, rows, columns), image of each gesture at its firmest, as `to_bytes`
 
 The part `taught.npz` holds, beside rows of the head (`controller.bundles.head`), the examples as
-`pack` makes them, and the debouncer's settings before the first lesson as TOML: `debounce`.
+`pack` makes them, and the debouncer's settings before the first lesson as TOML: `debounce`. It may
+hold windows of those who taught, outside of the examples:
+
+    own_embedding  uint8 (windows, width), embeddings over `own_scale`
+    own_scale      float32 (width,)
+    own_touch      int32 (windows,), number of the labelled stretch that a window shows
+    own_label      text (windows,), its label
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,6 +26,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller.adapt.examples import TURNS, Example
+from controller.adapt.own_frames import OwnFrames, quantised
 from controller.bundles import container, head
 from controller.bundles.container import BundleError
 from controller.bundles.head import Head, Matrix
@@ -32,7 +39,8 @@ from controller.shared.notices import notice
 STEPS_PER_Z: Final = 200.0
 UNTOUCHED: Final = 128
 MAX_BYTES: Final = 8 << 20
-_LEVELS: Final = 255.0
+_LEAST, _MOST = 0.36, 1.635  # z that bytes hold
+_HALF: Final = 6e4  # and 16 bits
 
 ImageBytes = NDArray[np.uint8]  # (frames, rows, columns)
 
@@ -47,9 +55,13 @@ class Rehearsal:
 
     def pack(self) -> bytes:
         """Return the part `rehearsal.npz`."""
-        scale = np.maximum(self.embedding.max(axis=0), 1e-6) / np.float32(_LEVELS)
-        steps = np.clip(np.rint(self.embedding / scale), 0.0, _LEVELS).astype(np.uint8)
-        arrays = {"embedding": steps, "scale": scale, "touch": self.touch, "firmest": self.firmest}
+        steps, scale = quantised(self.embedding)
+        arrays: npz.Arrays = {
+            "embedding": steps,
+            "scale": scale,
+            "touch": self.touch,
+            "firmest": self.firmest,
+        }
         return npz.pack(arrays)
 
 
@@ -62,6 +74,7 @@ class Lessons:
     head: Head  # as it was trained
     rehearsal: Rehearsal | None  # None: nothing can be taught
     examples: tuple[Example, ...]  # of all lessons
+    own: OwnFrames  # of the same people
     debounce: DebounceSettings  # in force, without gestures that wait for taught ones
 
     @property
@@ -91,7 +104,8 @@ def read(data: bytes) -> Lessons:
         known = None if part is None else _rehearsal(part, own, grid)
         debounce = config.settings(DebounceSettings, table["debounce"])
         if container.TAUGHT not in parts:
-            return Lessons(parts, table, own, known, (), debounce)
+            none = OwnFrames.none(own.hidden.shape[1])
+            return Lessons(parts, table, own, known, (), none, debounce)
         arrays = npz.unpack(parts[container.TAUGHT], MAX_BYTES)
         if not fits(arrays, grid):
             raise BundleError("has examples of another sensor or version; install a newer bundle")
@@ -103,18 +117,38 @@ def read(data: bytes) -> Lessons:
             awaited=before.awaited,
             patience_s=before.patience_s,
         )
-        return Lessons(parts, table, own, known, unpack(arrays), debounce)
+        frames = _own(arrays, own.hidden.shape[1])
+        return Lessons(parts, table, own, known, unpack(arrays), frames, debounce)
     except (npz.NpzError, BundleError, ConfigError, KeyError) as error:
         raise BundleError(notice("the_bundle", error)) from None
 
 
 def pack_taught(
-    examples: Sequence[Example], debounce: DebounceSettings, rows: Mapping[str, Head]
+    examples: Sequence[Example],
+    own: OwnFrames,
+    debounce: DebounceSettings,
+    rows: Mapping[str, Head],
 ) -> bytes:
     """Return the part `taught.npz`."""
     text = np.frombuffer(tomli_w.dumps(asdict(debounce)).encode(), dtype=np.uint8)
     packed = pack(examples, examples[0].images.shape[1:])
-    return npz.pack({**packed, "debounce": text, **head.row_arrays(rows)})
+    return npz.pack({**packed, **own.arrays(), "debounce": text, **head.row_arrays(rows)})
+
+
+def _own(a: npz.Arrays, width: int) -> OwnFrames:
+    """Return the windows in a part; BundleError if they are not of the bundle's network."""
+    if "own_touch" not in a:
+        return OwnFrames.none(width)
+    windows = len(a["own_touch"])
+    forms = {
+        "own_embedding": ("u1", (windows, width)),
+        "own_scale": ("f4", (width,)),
+        "own_touch": ("i4", (windows,)),
+        "own_label": ("<U40", (windows,)),
+    }
+    if not set(forms) <= set(a) or not _formed(a, forms) or not np.isfinite(a["own_scale"]).all():
+        raise BundleError("has frames of another sensor or version; install a newer bundle")
+    return OwnFrames(a["own_embedding"] * a["own_scale"], a["own_touch"], a["own_label"])
 
 
 def _rehearsal(data: bytes, own: Head, grid: tuple[int, int]) -> Rehearsal:
@@ -134,26 +168,32 @@ def _rehearsal(data: bytes, own: Head, grid: tuple[int, int]) -> Rehearsal:
 
 def pack(examples: Sequence[Example], grid: tuple[int, ...]) -> npz.Arrays:
     """Return the arrays of examples with their spans, for `grid` = (rows, columns)."""
-    none = np.empty((0, *grid), dtype=np.uint8)
+    images = np.concatenate([np.ones((0, *grid), np.float32), *(one.images for one in examples)])
+    # Bytes hold what an orb shows; on other sensors z may be several.
+    held = not len(images) or (images.min() > _LEAST and images.max() < _MOST)
     spans = [one.span or (0.0, 0.0) for one in examples]
     words = [(one.label, one.user, one.rotations) for one in examples]
     return {
-        "taught": np.concatenate([none, *(to_bytes(one.images) for one in examples)]),
+        "taught": to_bytes(images) if held else images.clip(-_HALF, _HALF).astype(np.float16),
         "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
         "taught_span": np.array(spans, dtype=np.float32).reshape(-1, 2),
         "taught_words": np.array(words, dtype="U40").reshape(-1, 3),
         "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
+        "taught_edge": np.array([one.edge for one in examples], dtype=np.float32),
     }
 
 
 def unpack(a: npz.Arrays) -> tuple[Example, ...]:
     """Return the examples in arrays of `pack`, which `fits` accepts."""
     words = [[str(word) for word in row] for row in a["taught_words"]]
-    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"]))[:-1]
+    images = a["taught"]
+    images = from_bytes(images) if images.dtype == np.uint8 else images.astype(np.float32)
+    cuts = np.split(images, np.cumsum(a["taught_frames"]))[:-1]
+    edges = a.get("taught_edge", np.zeros(len(cuts), np.float32))
     return tuple(
-        Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
-        for cut, (label, user, rotations), mirrored, (b, e) in zip(
-            cuts, words, a["taught_mirror"], a["taught_span"], strict=True
+        Example(label, cut, user, turns, bool(mirrored), (float(b), float(e)), float(edge))
+        for cut, (label, user, turns), mirrored, (b, e), edge in zip(
+            cuts, words, a["taught_mirror"], a["taught_span"], edges, strict=True
         )
     )
 
@@ -163,13 +203,16 @@ def fits(a: npz.Arrays, grid: tuple[int, ...]) -> bool:
     try:
         frames, count = len(a["taught"]), len(a["taught_frames"])
         forms = {
-            "taught": ("u1", (frames, *grid)),
+            "taught": ("f2" if a["taught"].dtype == np.float16 else "u1", (frames, *grid)),
             "taught_frames": ("i4", (count,)),
             "taught_span": ("f4", (count, 2)),
             "taught_mirror": ("b1", (count,)),
         }
+        edge = a.get("taught_edge", np.zeros(count, np.float32))  # older bundles have none
         return (
-            _formed(a, forms)
+            _formed({**a, "taught_edge": edge}, {**forms, "taught_edge": ("f4", (count,))})
+            and bool(np.isfinite(edge).all())
+            and bool(np.isfinite(a["taught"]).all())
             and a["taught_words"].shape == (count, 3)
             and int(a["taught_frames"].sum()) == frames
             and bool((a["taught_frames"] > 0).all())

@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 
 from controller import adapt
 from controller.adapt import Example
-from controller.adapt.examples import guess_symmetries
+from controller.adapt.examples import NULL_LABEL, WINDOWS, guess_symmetries
+from controller.adapt.few_shot import Stretch
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
@@ -27,6 +29,7 @@ from controller.teach.session import SessionPlan
 
 LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
 TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
+EDGE_S: Final = 0.5  # of a label that may belong to what is beside it
 MOST: Final = 20  # examples
 
 
@@ -111,15 +114,86 @@ def around(
 
     Frames before the rest image is known do not count.
     """
-    grid, signal = (loaded.rows, loaded.columns), recording.origin.signal
-    stage = Preprocessor(loaded.preprocess, *grid, signal=signal)
-    steps = [stage.step(frame) for frame in recording.frames]
-    images = np.array([step.image for step in steps], dtype=np.float32)
-    ready = np.array([step.ready for step in steps])
-    edges = np.flatnonzero(np.diff((asked & ready).astype(np.int8), prepend=0, append=0))
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
-        yield images[lead : end + round(TAIL_S * loaded.rate_hz)]
+    session = Session.of(loaded, recording)
+    for first, end in session.runs(asked):
+        lead = max(first - round(LEAD_S * loaded.rate_hz), int(session.ready.argmax()))
+        yield session.images[lead : end + round(TAIL_S * loaded.rate_hz)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Session:
+    """A recording as a bundle's network sees it; arrays are of its frames, (n, ...)."""
+
+    images: NDArray[np.float32]  # z, (n, rows, columns)
+    ready: NDArray[np.bool_]  # the rest image is known
+    part: NDArray[np.int64]  # number of the stretch without lost frames
+    rate_hz: float
+    window: int  # frames
+
+    @classmethod
+    def of(cls, loaded: Bundle, recording: Recording) -> "Session":
+        """Return that of a recording."""
+        grid, signal = (loaded.rows, loaded.columns), recording.origin.signal
+        stage = Preprocessor(loaded.preprocess, *grid, signal=signal)
+        steps = [stage.step(frame) for frame in recording.frames]
+        images = np.array([step.image for step in steps], dtype=np.float32)
+        ready = np.array([step.ready for step in steps])
+        part = np.cumsum(np.diff(recording.sequence, prepend=recording.sequence[0]) > 1)
+        return cls(images, ready, part.astype(np.int64), loaded.rate_hz, loaded.window)
+
+    def runs(self, chosen: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+        """Yield the first frame of each run of `chosen` frames, (n,), and the one after its last.
+
+        Frames before the rest image is known do not count.
+        """
+        number = np.where(chosen & self.ready, self.part + 1, 0)
+        edges = np.flatnonzero(np.diff(number, prepend=0, append=0))
+        for first, end in pairwise(edges.tolist()):
+            if number[first]:
+                yield first, end
+
+    def examples(
+        self, label: str, asked: NDArray[np.bool_], names: NDArray[np.str_]
+    ) -> list[Example]:
+        """Return an example for each run of `asked` frames, (n,), with the rest around it.
+
+        `names` are the labels, (n,), "" where unknown: frames of other gestures are no rest. Where
+        they name the gesture, all that they name is it; else the last touch of a run.
+        """
+        rest = (names == NULL_LABEL) | (names == "")
+        lead, tail = (round(seconds * self.rate_hz) for seconds in (LEAD_S, TAIL_S))
+        found = []
+        for first, end in self.runs(asked):
+            free = self.ready & rest & (self.part == self.part[first])
+            before = first - _length(free[max(0, first - lead) : first][::-1])
+            one = Example(label, self.images[before : end + _length(free[end : end + tail])])
+            if (names[first:end] == label).mean() > 0.5:
+                one = one.labelled(first - before, end - before, self.rate_hz)
+            found.append(one)
+        return found
+
+    def stretches(
+        self, label: str, asked: NDArray[np.bool_], names: NDArray[np.str_]
+    ) -> list[Stretch]:
+        """Return the stretches of other labels: what else is known of the person, but not asked."""
+        found: list[Stretch] = []
+        every = max(1, self.window // WINDOWS)
+        for name in sorted(set(names.tolist()) - {"", label}):
+            for first, end in self.runs((names == name) & ~asked):
+                edge = min(round(EDGE_S * self.rate_hz), (end - first) // 4)
+                ends = np.arange(first + edge, end - edge, every)
+                ends = ends[ends >= self.window - 1]
+                begins = ends - self.window + 1
+                ends = ends[self.ready[begins] & (self.part[begins] == self.part[ends])]
+                if len(ends):
+                    windows = self.images[ends[:, None] + np.arange(1 - self.window, 1)]
+                    found.append((name, windows))
+        return found
+
+
+def _length(chosen: NDArray[np.bool_]) -> int:
+    """Return how many of the first frames are chosen, without a gap."""
+    return int(np.argmin(np.append(chosen, False)))
 
 
 def _free(out: Path, name: str) -> Path:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from controller.adapt import lessons
 from controller.adapt.examples import Example
+from controller.adapt.own_frames import OwnFrames
 from controller.bundles import bundle, container
 from controller.bundles.head import Head
 from controller.shared import npz
@@ -90,7 +91,9 @@ def parts() -> dict[str, bytes]:
     who = left_or_right()
     golden["people"] = answers(*who, golden["windows"])
     example = Example("pinch", np.ones((3, 5, 5), np.float32), "ann", span=(0.0, 3.0))
-    taught = lessons.pack_taught([example], bundle.read(SHIPPED).debounce, {"ann": pinches()})
+    loaded = bundle.read(SHIPPED)
+    none = OwnFrames.none(loaded.head.hidden.shape[1])
+    taught = lessons.pack_taught([example], none, loaded.debounce, {"ann": pinches()})
     own |= {container.USER: dense(*who), container.TAUGHT: taught}
     return own | {container.GOLDEN: npz.pack(golden)}
 

@@ -199,6 +199,40 @@ def test_a_lesson_that_costs_the_old_gestures_is_refused(monkeypatch: pytest.Mon
         adapt.teach(DATA, same)
 
 
+def stretch(one: Example) -> tuple[str, np.ndarray]:
+    """The windows of an example's touch, as those of a recording that was labelled."""
+    windows, telling = vary(found(one), 10, 1, np.random.default_rng(0))
+    return one.label, windows[telling > 0.0]
+
+
+def test_a_lesson_that_costs_a_persons_own_old_gestures_is_refused_with_the_figure() -> None:
+    """Their presses are taught by another name; the training's presses might stay."""
+    theirs = examples("press", 14, user=5)
+    poke = [Example("poke", one.images, rotations="all") for one in theirs[:5]]
+    with pytest.raises(AdaptError, match=r"would suffer: \d+%"):
+        adapt.teach(DATA, poke, own=[stretch(one) for one in theirs[5:]])
+
+
+def test_a_persons_other_windows_are_kept_for_later_lessons() -> None:
+    own = [stretch(one) for one in examples("press", 6, user=5)]
+    first = written(adapt.teach(DATA, examples("squeeze", 3, user=5), own=own))
+    kept = lessons.read(first).own
+    assert set(kept.label.tolist()) == {"press"}
+    assert len(set(kept.touch.tolist())) == 6
+    again = lessons.read(written(adapt.teach(first, examples("double_tap", 2, user=5))))
+    np.testing.assert_array_equal(again.own.touch, kept.touch)
+    assert again.own.embedding == pytest.approx(kept.embedding, abs=0.1)
+
+
+def test_examples_of_a_sensor_with_a_strong_signal_are_kept_whole() -> None:
+    """On an orb z stays within .36 and 1.64, on a telephone's screen it is several."""
+    strong = images_touched((10, 16), firm=-3.5)
+    one = Example("tap", strong, span=(10.0, 16.0), edge=5.0)
+    (kept,) = lessons.unpack(lessons.pack([one], (5, 5)))
+    assert kept.images.max() == pytest.approx(4.5, abs=0.01)
+    assert (kept.span, kept.edge) == (one.span, one.edge)
+
+
 @pytest.mark.parametrize("name", ["embedding", "scale", "touch", "firmest"])
 def test_a_rehearsal_of_another_bundle_is_refused(name: str) -> None:
     parts = container.content(container.unpack(DATA))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.adapt.examples import Example, touched
+from controller.adapt.examples import Example, touched, vary
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.simulator.hand.user_style import person
@@ -73,3 +73,22 @@ def test_an_example_keeps_the_rest_around_its_touch_and_no_other_touch() -> None
     assert end - begin == pytest.approx(0.4, abs=0.1)
     assert 0.1 < begin < 1.0
     assert len(one.images) / RATE_HZ - end == pytest.approx(1.1, abs=0.1)
+
+
+def test_all_touches_within_a_label_belong_to_it_and_its_edges_move_to_them() -> None:
+    """A label that begins .3 s early and ends .2 s late."""
+    taps = finger((0.5, 0.8, 1.4, 1.7, 2.3, 2.6), 0.003)
+    one = Example("taps", taps).labelled(round(0.2 * RATE_HZ), round(2.8 * RATE_HZ), RATE_HZ)
+    assert one.span is not None
+    assert np.array(one.span) / RATE_HZ == pytest.approx((0.5, 2.6), abs=0.1)
+    windows, telling = vary(one, 40, 1, np.random.default_rng(0))
+    assert len(windows) == len(telling) < len(taps)  # what is near an edge is left out
+
+
+def test_a_light_touch_counts_where_a_label_names_it() -> None:
+    light = finger((1.2, 1.8), 0.0, most=0.02)
+    assert touched(light, RATE_HZ) == []
+    one = Example("tap", light).labelled(48, 72, RATE_HZ)
+    assert one.span == (48.0, 72.0)
+    telling = vary(one, 10, 1, np.random.default_rng(0))[1]
+    assert (telling > 0.9).sum() >= 10

@@ -1,15 +1,19 @@
 """`controller teach --add`: a gesture from a few examples, from the cue to the bundle."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import orbtouch as ot
 from controller.__main__ import main
 from controller.adapt import few_shot
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader
+from controller.teach.add_gesture import Session
 from tests.support import ROOT
 
 SHIPPED = str(bundle.default_path(10.0))
@@ -78,3 +82,25 @@ def test_what_cannot_be_added_is_refused_in_a_sentence(
     told = capsys.readouterr().err
     assert complaint in told
     assert len(told.strip().splitlines()) == 1
+
+
+def test_what_else_a_recording_shows_of_a_person_is_known_by_its_labels() -> None:
+    """Frames of other gestures and of rest, but no window that spans a lost frame."""
+    loaded = bundle.read(Path(SHIPPED))
+    made = ot.simulate(minutes=0.5, rate_hz=10.0, gestures=("press", "swipe"), seed=4)
+    session, swipe = Session.of(loaded, made.source), made.label == "swipe"
+    found = session.stretches("swipe", swipe, made.label)
+    assert {label for label, _ in found} == {"null", "press"}
+    assert all(windows.shape[1:] == (10, 5, 5) for _, windows in found)
+    lost = replace(session, part=np.arange(len(made)))
+    assert lost.stretches("swipe", swipe, made.label) == []
+
+
+def test_a_frame_of_another_gesture_is_no_rest_before_an_example() -> None:
+    made = ot.simulate(minutes=0.3, rate_hz=10.0, gestures=("swipe",), seed=4)
+    session, asked = Session.of(bundle.read(Path(SHIPPED)), made.source), made.label == "swipe"
+    plain = session.examples("swipe", asked, made.label)
+    names = np.where(asked, made.label, "press")
+    bare = session.examples("swipe", asked, names)
+    assert all(len(one.images) < len(other.images) for one, other in zip(bare, plain, strict=True))
+    assert all(one.span and one.span[0] < 1.0 for one in bare)
