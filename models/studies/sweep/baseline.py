@@ -17,9 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from controller.shared.aliases import Index
-from models.data.examples import Examples
-
 TREES: Final = 250  # of each forest: one sees the trajectory, the other all features
 LEAF: Final = 2  # windows; 1 and 5 are no better
 # Share of features that a node chooses from. All together they are too many for as large a share,
@@ -36,31 +33,32 @@ NOWHERE: Final = -1.0  # position of an untouched image
 
 Rows = NDArray[np.float32]  # (n, features)
 Images = NDArray[np.float32]  # (n, rows, columns)
+Windows = NDArray[np.float32]  # images of windows, (n, window, rows, columns), oldest first
 
 
 @dataclass(frozen=True, slots=True)
-class Frames:
-    """What the features of windows are made of."""
+class Signal:
+    """Signal of a sensor, as its training windows show it."""
 
-    touches: Rows  # x, y, spread (grid units) and sum of each frame's touch, (frames, 4)
-    signal: Rows  # what touches add to each taxel, (frames, taxels)
-    window: int  # frames
+    sign: float  # 1 or -1: touches raise images, or lower them
+    firm: float  # peak of a firm touch
 
     @classmethod
-    def of(cls, examples: Examples) -> "Frames":
-        """Return those of a data set."""
-        signal = _signal(examples.images)
-        touches = _touches(signal.copy())
-        return cls(touches, signal.reshape(len(signal), -1), examples.window)
+    def of(cls, images: NDArray[np.float32]) -> "Signal":
+        """Return that of images or windows, (..., rows, columns)."""
+        peaks = [np.quantile(images.max(axis=(-2, -1)) - 1.0, FIRM),
+                 np.quantile(1.0 - images.min(axis=(-2, -1)), FIRM)]  # fmt: skip
+        return cls(1.0 if peaks[0] >= peaks[1] else -1.0, max(*map(float, peaks), 1e-9))
 
-    def index(self, ends: Index) -> Index:
-        """Return the frames of windows by their last ones, (windows, frames)."""
-        return ends[:, None] + np.arange(1 - self.window, 1)
+    def seen(self, images: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what touches add to images (..., rows, columns), or take from them."""
+        return np.asarray(np.maximum(self.sign * (images - 1.0), 0.0), dtype=np.float32)
 
-    def trajectory(self, ends: Index) -> Rows:
-        """Return the features of windows' touches by their last frames, (windows, features)."""
-        index = self.index(ends)
-        x, y, spread, total = (self.touches[:, i][index] for i in range(self.touches.shape[1]))
+    def trajectory(self, windows: Windows) -> Rows:
+        """Return the features of windows' touches, (n, features)."""
+        seen = self.seen(windows)
+        touches = _touches(seen.reshape(-1, *seen.shape[2:]), self.firm)
+        x, y, spread, total = np.moveaxis(touches.reshape(*seen.shape[:2], -1), -1, 0)
         steps = np.diff(x, axis=1), np.diff(y, axis=1)
         speed = np.hypot(*steps)
         way = np.stack([x[:, -1] - x[:, 0], y[:, -1] - y[:, 0]], axis=1)
@@ -72,48 +70,23 @@ class Frames:
         parts = [x, y, spread, total, *steps, speed, way, np.hypot(*way.T)[:, None], *whole]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
-    def features(self, ends: Index) -> Rows:
-        """Return all features of windows, the trajectory's first, (windows, features)."""
-        course = self.signal[self.index(ends)]
+    def features(self, windows: Windows) -> Rows:
+        """Return all features of windows, the trajectory's first, (n, features)."""
+        parts = range(0, len(windows), AT_ONCE)
+        return np.concatenate([self._features(windows[i : i + AT_ONCE]) for i in parts])
+
+    def _features(self, windows: Windows) -> Rows:
+        course = self.seen(windows).reshape(*windows.shape[:2], -1)
         mean = course.mean(axis=1)
         share = mean / np.maximum(mean.sum(axis=1, keepdims=True), 1e-9)
-        waves = np.abs(np.fft.rfft(course, axis=1)[:, 1 : WAVES + 1]).reshape(len(ends), -1)
-        parts = [self.trajectory(ends), mean, course.std(axis=1), course.max(axis=1), share, waves]
-        return np.concatenate(parts, axis=1).astype(np.float32)
-
-
-def train(examples: Examples, seed: int) -> list[Any]:
-    """Return two forests trained on at most `LEARNED` windows: trajectory, and all features."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    ends = examples.ends[:: -(-len(examples.ends) // LEARNED)]
-    frames, label = Frames.of(examples), examples.label[ends]
-    return [
-        ExtraTreesClassifier(
-            TREES, min_samples_leaf=LEAF, max_features=chosen, random_state=seed
-        ).fit(rows, label)
-        for rows, chosen in zip(
-            (frames.trajectory(ends), frames.features(ends)), CHOSEN, strict=True
-        )
-    ]
-
-
-def predict(forests: list[Any], examples: Examples, classes: int) -> NDArray[np.float32]:
-    """Return the probability of each class, mean of the forests, (windows, classes)."""
-    answers = np.zeros((len(examples.ends), classes), dtype=np.float32)
-    frames = Frames.of(examples)
-    for first in range(0, len(answers), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        rows = frames.features(examples.ends[some])
-        for forest in forests:
-            own = forest.predict_proba(rows[:, : forest.n_features_in_])
-            answers[some, forest.classes_] += own / len(forests)
-    return answers
+        waves = np.abs(np.fft.rfft(course, axis=1)[:, 1 : WAVES + 1]).reshape(len(course), -1)
+        own = [mean, course.std(axis=1), course.max(axis=1), share, waves]
+        return np.concatenate([self.trajectory(windows), *own], axis=1).astype(np.float32)
 
 
 def shares(images: Images) -> Rows:
     """Return shares of the sum, centroid and sum of images (n, rows, columns), (n, features)."""
-    signal = _signal(images)
+    signal = Signal.of(images).seen(images)
     row, column = np.mgrid[: signal.shape[1], : signal.shape[2]].astype(np.float32)
     total = signal.sum(axis=(1, 2))
     share = signal / np.maximum(total, 1e-9)[:, None, None]
@@ -130,9 +103,8 @@ def train_places(images: Images, place: Rows, seed: int) -> Any:
     return trees.fit(shares(images[::every]), place[::every])
 
 
-def _touches(signal: Images) -> Rows:
+def _touches(signal: Images, firm: float) -> Rows:
     """Return x, y, spread, sum, (n, 4), of touches in a signal (n, rows, columns), changed here."""
-    firm = float(np.quantile(signal.reshape(len(signal), -1).max(axis=1), FIRM))
     ring = np.ones((1, 3, 3), dtype=np.bool_)
     ring[0, 1, 1] = False
     near = ndimage.maximum_filter(signal, footprint=ring, mode="constant")
@@ -147,11 +119,3 @@ def _touches(signal: Images) -> Rows:
     found = np.stack([x, y, np.sqrt(np.maximum(square, 0.0)), total], axis=1)
     found[peak < LITTLE * firm] = NOWHERE, NOWHERE, 0.0, 0.0
     return np.asarray(found, dtype=np.float32)
-
-
-def _signal(images: Images) -> Images:
-    """Return what a touch adds to images, or takes from them: the direction that is stronger."""
-    rise = images.max(axis=(1, 2)) - 1.0
-    fall = 1.0 - images.min(axis=(1, 2))
-    sign = 1.0 if np.quantile(rise, FIRM) >= np.quantile(fall, FIRM) else -1.0
-    return np.asarray(np.maximum(sign * (images - 1.0), 0.0), dtype=np.float32)

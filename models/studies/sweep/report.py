@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from controller.shared.errors import count
 from models.evaluation import bootstrap
+from models.formatting import number_interval
 from models.reports.tables import Table
 from models.results.evaluation import Figure
 from models.studies.sweep.plan import AMOUNTS
@@ -23,6 +24,7 @@ FEW: Final = 6  # users or sessions: of fewer, resampling says too little
 LEARNED: Final = (*AMOUNTS, "windows")
 WINDOWS: Final = "frames"  # in a result's "held": windows named rightly
 
+Results = Sequence[Mapping[str, Any]]  # of trainings
 Sums = dict[str, NDArray[np.float64]]  # by held-out group: sum and count of scores, (2,)
 
 
@@ -48,29 +50,47 @@ class Point:
     trainings: int  # number of trainings
     figure: Figure  # score on what was held out
     gain: Figure  # score less that of the first point, on what both judge
-    windows: float  # share of held-out windows named rightly; NaN: unknown
+    windows: Figure  # share of held-out windows named rightly; NaN: unknown
+    windows_gain: Figure  # that share less the first point's
     random: float  # score on windows at random, mean of the trainings; NaN: unknown
     learned: dict[str, float]  # users, sessions, minutes and windows learned from, means
     held: int  # number of held-out users or sessions
 
 
 def points(found: Mapping[str, Any]) -> list[Point]:
-    """Return all points that have a result, in order, from the content of results.json."""
+    """Return all points that have a result, in order, from the content of results.json.
+
+    Models are judged on the groups that all of them judge, should a training of one have failed.
+    """
     groups: dict[str, list[dict[str, Any]]] = {}
     for job in found["jobs"]:
         if "result" in job:
             at = {axis: value for axis, value in job["at"].items() if axis != "seed"}
             groups.setdefault(json.dumps(at), []).append(job["result"])
     by, measure = found["test"]["by"], _measure(found)
-    sums = [_sums(results, by, measure.key) for results in groups.values()]
-    return [_point(json.loads(at), results, by, measure, sums[0]) for at, results in groups.items()]
+    if "model" in found["axes"] and groups:
+        same = set.intersection(*(_held(some, by) for some in groups.values()))
+        groups = {at: _of(some, by, same) for at, some in groups.items() if same}
+    first = next(iter(groups.values()), [])
+    return [_point(json.loads(at), results, by, measure, first) for at, results in groups.items()]
+
+
+def _held(results: Results, by: str) -> set[str]:
+    """Return the names of the held-out users or sessions."""
+    return {one[by] for result in results for one in result["held"]}
+
+
+def _of(results: list[dict[str, Any]], by: str, names: set[str]) -> list[dict[str, Any]]:
+    """Return results with some of their held-out groups only."""
+    kept = [[one for one in result["held"] if one[by] in names] for result in results]
+    return [{**one, "held": held} for one, held in zip(results, kept, strict=True) if held]
 
 
 def _measure(found: Mapping[str, Any]) -> Measure:
     return MEASURES[found["train"].get("task", "gesture")]
 
 
-def _sums(results: Sequence[Mapping[str, Any]], by: str, key: str) -> Sums:
+def _sums(results: Results, by: str, key: str) -> Sums:
     """Return the sum and count of scores of each held-out group, means of the trainings."""
     rows: dict[str, list[Any]] = {}
     for result in results:
@@ -84,26 +104,31 @@ def _sums(results: Sequence[Mapping[str, Any]], by: str, key: str) -> Sums:
 
 
 def _point(
-    at: dict[str, Any], results: list[dict[str, Any]], by: str, measure: Measure, first: Sums
+    at: dict[str, Any], results: Results, by: str, measure: Measure, first: Results
 ) -> Point:
-    sums = _sums(results, by, measure.key)
-    score, amount = np.array([*sums.values()]).T
-    own, base = (
-        np.array([one[name] for name in sums if name in first]).reshape(-1, 2)
-        for one in (sums, first)
-    )
-    windows, of = np.sum([*_sums(results, by, WINDOWS).values()], axis=0)
     random = [one["random"] for one in results if one["random"] is not None]
     return Point(
         at,
         len(results),
-        (bootstrap.share if measure.share else bootstrap.rate)(score, amount),
-        bootstrap.rate(own[:, 0] - base[:, 0], base[:, 1]),
-        windows / of if of else float("nan"),
+        *_figures(results, first, by, measure.key, measure.share),
+        *_figures(results, first, by, WINDOWS),
         float(np.mean(random)) if random else float("nan"),
         {key: float(np.mean([one["learned"][key] for one in results])) for key in LEARNED},
-        len(sums),
+        len(_held(results, by)),
     )
+
+
+def _figures(
+    results: Results, first: Results, by: str, key: str, share: bool = True
+) -> tuple[Figure, Figure]:
+    """Return a score, and its difference to the first point's on the groups of both."""
+    sums, base = (_sums(some, by, key) for some in (results, first))
+    score, amount = np.array([*sums.values()]).T
+    if not amount.any():
+        return (Figure(np.nan, np.nan, np.nan),) * 2
+    both = np.array([[*sums[name], *base[name]] for name in sums if name in base]).reshape(-1, 4)
+    figure = (bootstrap.share if share else bootstrap.rate)(score, amount)
+    return figure, bootstrap.rate(both[:, 0] - both[:, 2], both[:, 3])
 
 
 def score(result: Mapping[str, Any]) -> float:
@@ -111,8 +136,7 @@ def score(result: Mapping[str, Any]) -> float:
     measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
     if not all(isinstance(note, str) for note in result["notes"]):
         raise TypeError("a note is no text")
-    own = _sums([result], "user", measure.key)
-    return _point({}, [dict(result)], "user", measure, own).figure.value
+    return _point({}, [result], "user", measure, [result]).figure.value
 
 
 def title(at: Mapping[str, Any]) -> str:
@@ -168,16 +192,23 @@ def rows(points: Sequence[Point]) -> Table:
     """Return a table of all points, a row for each."""
     learned = [f"learned {key}" for key in LEARNED]
     head = [*points[0].at, "trainings", "score", "low", "high", "beside the first", "windows"]
+    head += ["windows beside the first", "at random", *learned]
     made: list[list[str]] = []
     for point in points:
         figure, gain = point.figure, point.gain
         scored = [figure.value, figure.low, figure.high]
-        beside = f"{gain.value:+.4g} ({gain.low:+.3g} … {gain.high:+.3g})" if made else ""
-        others = [point.windows, point.random, *point.learned.values()]
-        cells = [*map(_number, scored), beside, *map(_number, others)]
+        beside = _difference(gain) if made else ""
+        windows = [number_interval(point.windows), _difference(point.windows_gain) if made else ""]
+        others = map(_number, [point.random, *point.learned.values()])
+        cells = [*map(_number, scored), beside, *windows, *others]
         at = [place(axis, value) for axis, value in point.at.items()]
         made.append([*at, str(point.trainings), *cells])
-    return Table([*head, "at random", *learned], made)
+    return Table(head, made)
+
+
+def _difference(gain: Figure) -> str:
+    words = f"{gain.value:+.4g} ({gain.low:+.3g} … {gain.high:+.3g})"
+    return words if gain.value == gain.value else ""
 
 
 def _number(value: float) -> str:

@@ -6,22 +6,20 @@ import pytest
 import tests.support.synthetic_people as look_alike
 from controller.recordings import importer
 from controller.recordings.description import described
-from models.data.examples import Examples
 from models.studies.sweep import baseline
 from tests.support import ROOT
-from tests.support.model_commands import examples
 
 WINDOW = 3
 DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
 
 
-def windowed(images: np.ndarray) -> Examples:
+def windowed(images: np.ndarray) -> np.ndarray:
     """Two windows of these six images."""
-    return examples([0] * 6, images=images, ends=[2, 5], window=WINDOW)
+    return images.reshape(2, WINDOW, *images.shape[1:])
 
 
-def features(one: Examples) -> np.ndarray:
-    return baseline.Frames.of(one).features(one.ends)
+def features(windows: np.ndarray) -> np.ndarray:
+    return baseline.Signal.of(windows).features(windows)
 
 
 TAXELS = 6 * 7
@@ -81,23 +79,6 @@ def test_shares_of_the_sum_are_the_same_at_half_the_strength() -> None:
     np.testing.assert_allclose(weak[:, :-1], strong[:, :-1], rtol=1e-6)
     np.testing.assert_allclose(weak[:, -1], 0.5 * strong[:, -1], rtol=1e-6)
     assert strong[:, -3:-1].tolist() == [[float(x), 2.0] for x in range(1, 6)]
-
-
-@pytest.mark.train
-def test_trees_learn_from_windows_evenly_spread_and_name_each() -> None:
-    pytest.importorskip("sklearn", reason="needs the [train] extra")
-    rng = np.random.default_rng(0)
-    label = np.repeat([0, 1, 0, 2], 30)
-    images = 1.0 + rng.normal(0.0, 0.01, (120, 3, 3)).astype(np.float32)
-    images[label == 1, :, 0] += 1.0
-    images[label == 2, :, 2] += 1.0
-    one = examples(label.tolist(), images=images, ends=list(range(2, 120)), window=WINDOW)
-    forests = baseline.train(one, 0)
-    answers = baseline.predict(forests, one, 4)
-    np.testing.assert_allclose(answers.sum(axis=1), 1.0, rtol=1e-5)
-    assert answers.shape == (118, 4)
-    assert not answers[:, 3].any()  # no training window had this class
-    assert (answers.argmax(axis=1) == label[2:]).mean() > 0.95
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:

@@ -55,6 +55,26 @@ def test_folds_are_put_together_before_people_are_counted() -> None:
     assert point.figure.value == pytest.approx(0.75)
 
 
+def test_models_are_judged_on_the_people_whom_all_of_them_judged() -> None:
+    """The second fold of the trees failed: its people do not count for the network either."""
+    strong, weak = job({"model": "network"}, [20] * 3), job({"model": "network"}, [2] * 3)
+    for session in weak["result"]["held"]:
+        session["user"] += " of the other fold"
+    rival = job({"model": "trees"}, [10] * 3)
+    lost = {"name": "x", "at": {"model": "trees"}, "fold": 1, "failed": "no memory"}
+    for session in rival["result"]["held"]:
+        session["frames"] = [80, 100]
+    network, trees = report.points(
+        found({"model": ["network", "trees"]}, [strong, weak, rival, lost])
+    )
+    assert (network.held, trees.held) == (3, 3)
+    assert (network.figure.value, trees.figure.value) == (1.0, 0.5)
+    assert (trees.gain.value, trees.windows_gain.value) == pytest.approx((-0.5, -0.1))
+    table = report.rows([network, trees])
+    column = list(table.head).index("windows beside the first")
+    assert [row[column][:4] for row in table.rows] == ["", "-0.1"]
+
+
 def test_errors_are_reported_in_grid_units() -> None:
     jobs = [
         {"name": str(rate), "at": {"location.rate": rate}, "fold": 0, "result": {
