@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from controller.bundles.head import Head, Matrix
 from controller.shared import npz
 
-SHARE: Final = 1.0  # weight of these windows together, relative to all rehearsal data
+SHARE: Final = 0.3  # weight of these windows together, relative to all rehearsal data
 MOST: Final = 1500  # windows in a bundle
 JUDGED: Final = 3  # of so many stretches of a label one judges, and is not learned from
 _LEVELS: Final = 255.0
