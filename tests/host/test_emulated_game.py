@@ -12,7 +12,7 @@ from host.__main__ import main
 
 pytestmark = pytest.mark.slow
 
-DEMO = ["--demo", "--headless", "--seed", "3", "--seconds", "24", "--json", "--"]
+DEMO = ["--demo", "--headless", "--seed", "5", "--seconds", "24", "--json", "--"]
 
 
 def test_the_shipped_bundle_plays_through_the_driver_as_on_the_virtual_orb(capsys: Capture) -> None:
