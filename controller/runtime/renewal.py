@@ -43,8 +43,7 @@ def refreshed(parts: Parts) -> Parts | None:
 
 def _frames_of(bundle: Bundle) -> tuple[object, ...]:
     """Return what a bundle expects of its sensor, and how its images are made."""
-    images = replace(bundle.preprocess, beside=0.0)  # a running device may change that
-    return bundle.rows, bundle.columns, bundle.pitch_mm, images
+    return bundle.rows, bundle.columns, bundle.pitch_mm, bundle.preprocess.plain
 
 
 def _checked(welcome: Welcome) -> Welcome:

@@ -199,7 +199,7 @@ def _start(path: Path | None, data: Data, recipe: Recipe, gesture: bool, locatio
 
 def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:
     """Return why a bundle's other network does not fit; "": it does."""
-    own, new = lender.preprocess, data.settings
+    own, new = lender.preprocess.plain, data.settings
     theirs = lender.rows, lender.columns, lender.pitch_mm, own.normalise, own.scale
     ours = *data.examples.images.shape[1:], data.pitch_mm, new.normalise, new.scale
     if theirs != ours or (location and own != new):

@@ -116,7 +116,7 @@ def write_users(plan: UserPlan, net: Network, found: UserResult, entry: str) -> 
 def _check_windows(base: Bundle, data: Data) -> None:
     """Raise ValueError if the recordings' windows are not the bundle's."""
     shape = data.examples.images.shape[1:]
-    if shape != (base.rows, base.columns) or data.settings != base.preprocess:
+    if shape != (base.rows, base.columns) or data.settings != base.preprocess.plain:
         raise ValueError(
             f"the recordings are of {shape[0]}×{shape[1]} taxels at {data.settings.rate_hz:g} Hz, "
             f"and the bundle makes its windows of {base.rows}×{base.columns} at "

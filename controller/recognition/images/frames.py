@@ -1,6 +1,6 @@
 """Frames and images: their types, the settings of preprocessing, and z = C / C0."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -57,6 +57,11 @@ class PreprocessSettings:
                 f"normalise {self.normalise!r} with scale {self.scale!r}; it is "
                 f"{' or '.join(get_args(Normalise))}, with a scale other than 0"
             )
+
+    @property
+    def plain(self) -> "PreprocessSettings":
+        """The same without contacts beside others, as windows are that are learned from."""
+        return replace(self, beside=0.0)
 
 
 def same_rate(one_hz: float, other_hz: float, within: float = _RATE_TOLERANCE) -> bool:
