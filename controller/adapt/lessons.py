@@ -40,7 +40,7 @@ STEPS_PER_Z: Final = 200.0
 UNTOUCHED: Final = 128
 MAX_BYTES: Final = 8 << 20
 _LEAST, _MOST = 0.36, 1.635  # z that bytes hold
-_HALF: Final = 6e4  # and 16 bits
+_MOST_FLOAT16: Final = 6e4  # and 16 bits
 
 ImageBytes = NDArray[np.uint8]  # (frames, rows, columns)
 
@@ -174,7 +174,9 @@ def pack(examples: Sequence[Example], grid: tuple[int, ...]) -> npz.Arrays:
     spans = [one.span or (0.0, 0.0) for one in examples]
     words = [(one.label, one.user, one.rotations) for one in examples]
     return {
-        "taught": to_bytes(images) if held else images.clip(-_HALF, _HALF).astype(np.float16),
+        "taught": to_bytes(images)
+        if held
+        else images.clip(-_MOST_FLOAT16, _MOST_FLOAT16).astype(np.float16),
         "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
         "taught_span": np.array(spans, dtype=np.float32).reshape(-1, 2),
         "taught_words": np.array(words, dtype="U40").reshape(-1, 3),

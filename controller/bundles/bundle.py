@@ -232,8 +232,9 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     located, identified = bool(parts[LOCATION]), bool(parts.get(USER))
     try:
         plain = _settings(table)
-        waiting = (*plain.debounce.patient, *plain.debounce.awaited, *plain.debounce.slow)
-        named = (*waiting, *plain.contact.labels)
+        when = plain.debounce
+        timed = (*when.patient, *when.awaited, *when.slow, *when.brisk)
+        named = (*timed, *plain.contact.labels, *plain.contact.several)
         if odd := [label for label in named if label not in plain.labels[1:]]:
             raise BundleError(f"has a setting of a gesture {odd[0]!r} that it does not have")
         if not isinstance(rules := table.get("mapping"), dict):

@@ -54,8 +54,8 @@ _MARGIN = 1.2  # of the longest time in the streams: people vary
 LONGEST_S = 0.6  # a command that comes later feels lost
 
 _BEFORE_S = 0.25  # the lowest level in this time is that before a touch
-_RISE = 0.5  # share of the uneven level, by which a contact that lands has raised it
-_FINGER = 0.06  # share of the highest level, by which it does so, too
+_RISE_SHARE = 0.5  # share of the uneven level, by which a contact that lands has raised it
+_FINGER_SHARE = 0.06  # share of the highest level, by which it does so, too
 _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 _KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
@@ -341,7 +341,7 @@ class Debouncer:
         if self.settings.lifted > 1.0:
             return True
         last = _within(self.settings, self._rate_hz, left=left) if kind in self._brisk else 0
-        return landed(np.array(self._recent).reshape(-1, 2)[-last:])
+        return landed(np.array(list(self._recent)[-last:]).reshape(-1, 2))
 
     def _end(self) -> int:
         """End a touch, if there is one; return the class that it was after all, or NULL."""
@@ -373,7 +373,7 @@ def landed(levels: NDArray[np.float64]) -> bool:
         return True
     whole, uneven = levels.T
     rise = uneven - np.minimum.accumulate(uneven)
-    least = np.maximum(_RISE * uneven, _FINGER * whole.max())
+    least = np.maximum(_RISE_SHARE * uneven, _FINGER_SHARE * whole.max())
     return bool((rise >= least).any() and rise.any())
 
 

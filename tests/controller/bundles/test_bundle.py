@@ -183,6 +183,7 @@ def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: 
         ("on", "on = nan", "on = nan"),
         ("on", "onn = 0.5", "the unknown key 'onn' under .debounce.; known are smoothing, on"),
         ("slow", 'slow = ["hop"]', "has a setting of a gesture 'hop' that it does not have"),
+        ("slow", 'brisk = ["hop"]', "has a setting of a gesture 'hop' that it does not have"),
         ("crop", "crop = 2.5", "crop = 2.5 under .touch.; expected is a whole"),
         ("level", "level = -1.0", "level = -1.0 under .touch."),
         ("format", "format = 5\nmood = 1", "the unknown key 'mood'; known are labels"),
