@@ -72,7 +72,8 @@ def test_no_session_repeats_another_and_no_file_is_replaced(mine: Path) -> None:
 @pytest.mark.slow
 def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
     out = tmp_path / "places"
-    assert main([*FAST, "--out", str(out), "--places", "--repetitions", "1"]) == 0
+    once = ("--session", "1", "--repetitions", "1")  # the session draws the hand
+    assert main([*FAST, "--out", str(out), "--places", *once]) == 0
     (path,) = out.glob("*.npz")
     taught = reader.load(path)
     asked = [m for m in taught.marks if m.text.startswith("go press at ")]
