@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.contact import ContactEstimate
 from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
 from controller.recognition.images.baseline import StoredBaseline
@@ -78,6 +79,7 @@ class Step:
             if the bundle has no position spread.
         user: The identified user, "" if none.
         confidence: Probability of that user; 0 if the bundle has no user network.
+        contact: What touches; None at rest, or if the bundle does not estimate it.
     """
 
     frame: int
@@ -93,6 +95,7 @@ class Step:
     sigma: float | None = None
     user: str = ""
     confidence: float = 0.0
+    contact: ContactEstimate | None = None
 
 
 @dataclass(frozen=True, slots=True)
