@@ -1,0 +1,238 @@
+"""Aim: a finger's place on the dome is the column of the piece, pressing deeper drops it.
+
+Contacts and the game come in, actions of the game go out; there is no clock. A touch steers from
+its first frame. Once its depth has settled, the column under it is kept, and slides from there are
+fine: half a column for a column's width of the dome. Depth that rises by `DROP_MM` above the
+settled one drops the piece; the column is then the one from before the rise.
+"""
+
+import math
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Final
+
+from tetris.engine.game import Action, Game
+
+SETTLE_S: Final = 0.15  # of equal depth, after which a touch has settled
+SETTLED_MM: Final = 1.0  # its two halves differ by less
+BEGIN_MM: Final = 1.2  # above the settled depth: the column is frozen
+DROP_MM: Final = 3.0  # above it: the piece drops; simulated hands differ by 1 mm within a touch
+BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
+FOLLOW: Final = 0.05  # the settled depth's share of a rise, each frame: a finger tires
+LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
+SIGMAS: Final = 3.0  # a rise of so many deviations of the estimated depth is no noise
+MEAN_FRAMES: Final = 3  # that depth is averaged over
+HYSTERESIS: Final = 0.15  # of a column, beyond its edge
+UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
+FINE: Final = ((3.0, 1.5), (6.0, 6.0))  # finger's way, piece's way, in columns; equal beyond
+RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
+LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
+_HALF: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """Contact in one frame: place in grid units, depth in mm, and their deviations."""
+
+    x: float
+    y: float
+    depth_mm: float
+    fingers: int = 1
+    place_sigma: float = 0.0
+    depth_sigma: float = 0.0
+
+
+class Aim:
+    """Steers pieces by touches; the same for the same touches and game.
+
+    Attributes:
+        touching: Whether a touch steers now, or is frozen to drop.
+    """
+
+    def __init__(self, rows: int = 5, columns: int = 5) -> None:
+        """Aim on a dome of so many taxels."""
+        self._rows, self._across = rows, columns - 1
+        self._dropped_s = self._lifted_s = -math.inf
+        self._from: tuple[object, int] = (None, 0)
+        self._end()
+
+    def _end(self) -> None:
+        self._landed = self.touching = self._upper = False
+        self._steers = True  # before its depth has settled, too
+        self._rest()
+
+    def _rest(self) -> None:
+        """Forget depth and place, as of a new touch."""
+        self._settled_mm: float | None = None
+        self._deepest_mm = 0.0
+        self._anchor: tuple[float, float] | None = None  # x, and the piece's middle there
+        self._goal: tuple[int, int] | None = None  # width and left column of the piece
+        self._recent: deque[tuple[float, Touch]] = deque()
+        self._past: deque[tuple[float, float, tuple[int, int]]] = deque()  # time, depth, goal
+
+    def again(self) -> "Aim":
+        """Return one that nothing has touched yet, on the same dome."""
+        return Aim(self._rows, self._across + 1)
+
+    # -- what comes in -----------------------------------------------------------------
+
+    def touch(self, touch: Touch | None, now_s: float, game: Game) -> list[Action]:
+        """Take the contact of a frame, None for none; return what it does in the game."""
+        if touch is None:
+            holds = self._upper and self._landed
+            if self._landed:
+                self._lifted_s = now_s
+            self._end()
+            return [Action.HOLD] if holds else []
+        if not self._landed:
+            self._landed = self.touching = True
+            self._from = _number(game), _span(game)[0]
+        if touch.fingers > 1 and self.touching:
+            self._spend()
+            return self._back(game)
+        self._recent.append((now_s, touch))
+        while self._recent[0][0] < now_s - SETTLE_S:
+            self._recent.popleft()
+        if self._settled_mm is None and self.touching:
+            self._upper = self._steers and _mean(self._recent, "y") > self._rows - 1
+            if self._settles(now_s):
+                if self._upper:
+                    self._spend()
+                    return [Action.HOLD]
+                self._settle(game)
+        return self._steer(touch, now_s, game) if self.touching and not self._upper else []
+
+    def command(self, action: Action, located: bool, now_s: float, game: Game) -> list[Action]:
+        """Take a recognised gesture; return what it does, () of one that the place decides.
+
+        A gesture of several fingers may have steered as one finger: that is taken back.
+        """
+        if located or (action is Action.HARD_DROP and now_s < self._dropped_s + LATE_S):
+            return []
+        recent = self._landed or now_s < self._lifted_s + LATE_S
+        self._spend()
+        return [*(self._back(game) if recent else ()), action]
+
+    # -- what it does ------------------------------------------------------------------
+
+    def _spend(self) -> None:
+        """Let the touch do nothing more until it has lifted."""
+        self.touching = self._upper = False
+
+    def _settles(self, now_s: float) -> bool:
+        """Whether depth has been the same for `SETTLE_S`."""
+        seen = self._recent
+        if len(seen) < 2 or now_s - seen[0][0] < SETTLE_S * (1 - 1 / len(seen)) - 1e-9:
+            return False
+        return self._change("depth_mm") < max(SETTLED_MM, seen[-1][1].depth_sigma)
+
+    def _rests(self, touch: Touch) -> bool:
+        """Whether the finger slides no more."""
+        return self._change("x") < RESTING + touch.place_sigma / 2
+
+    def _change(self, name: str) -> float:
+        """Return by how much an attribute's mean differs between the halves of `SETTLE_S`."""
+        seen, half = list(self._recent), len(self._recent) // 2
+        return abs(_mean(seen[half:], name) - _mean(seen[:half], name))
+
+    def _settle(self, game: Game) -> None:
+        self._settled_mm, self._steers = _mean(self._recent, "depth_mm"), True
+        x, scale = _mean(self._recent, "x"), game.config.columns / self._across
+        width, left = self._aim(x * scale, self._recent[-1][1], game)
+        self._anchor = x, left + width / 2
+
+    def _steer(self, touch: Touch, now_s: float, game: Game) -> list[Action]:
+        depth_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "depth_mm")
+        self._deepest_mm = max(self._deepest_mm, depth_mm)
+        settled_mm = self._settled_mm or self._deepest_mm
+        rise, noise = depth_mm - settled_mm, SIGMAS * touch.depth_sigma / math.sqrt(MEAN_FRAMES)
+        if rise >= max(DROP_MM, 2 * noise):
+            steps = self._go(game)
+            self._dropped_s, self._steers = now_s, False
+            self._rest()
+            return [*steps, Action.HARD_DROP]
+        if rise >= max(BEGIN_MM, noise) or depth_mm < LEAVING * settled_mm:
+            if self._past:
+                self._goal = self._past[0][2]
+        elif self._steers:
+            goal = self._aim(self._middle(touch, game), touch, game)
+            self._past.append((now_s, touch.depth_mm, goal))
+            while len(self._past) > 1 and (
+                self._past[0][0] < now_s - BEFORE_S or self._past[0][1] < LEAVING * settled_mm
+            ):
+                self._past.popleft()
+            if self._settled_mm is not None and self._anchor is not None:
+                self._settled_mm += FOLLOW * rise
+                if self._anchor[1] != (middle := goal[1] + goal[0] / 2) and self._rests(touch):
+                    self._anchor = _mean(self._recent, "x"), middle
+        return self._go(game)
+
+    def _middle(self, touch: Touch, game: Game) -> float:
+        """Return where the piece's middle is to be, in columns."""
+        scale = game.config.columns / self._across
+        if self._anchor is None:
+            return touch.x * scale
+        x, middle = self._anchor
+        return middle + _fine((touch.x - x) * scale)
+
+    def _aim(self, middle: float, touch: Touch, game: Game) -> tuple[int, int]:
+        """Choose the piece's width and left column for its middle, in columns."""
+        width, hysteresis = _span(game)[1], HYSTERESIS + UNSURE * touch.place_sigma
+        if (
+            self._goal is None
+            or self._goal[0] != width
+            or abs(middle - self._goal[1] - width / 2) > _HALF + hysteresis
+        ):
+            left = math.floor(middle - width / 2 + _HALF)
+            self._goal = width, max(0, min(game.config.columns - width, left))
+        return self._goal
+
+    def _go(self, game: Game) -> list[Action]:
+        return steps(game, self._goal[1]) if self._goal else []
+
+    def _back(self, game: Game) -> list[Action]:
+        """Return the steps to where the piece was when the touch landed."""
+        number, left = self._from
+        return steps(game, left) if number == _number(game) else []
+
+
+def steps(game: Game, left: int) -> list[Action]:
+    """Return the steps that bring the piece's left cell to a column, as far as it is free."""
+    found: list[Action] = []
+    if not game.in_play:
+        return found
+    piece, away = game.piece, left - _span(game)[0]
+    for _ in range(abs(away)):
+        piece = piece.right if away > 0 else piece.left
+        if game.board.bits & piece.mask:
+            break
+        found.append(Action.RIGHT if away > 0 else Action.LEFT)
+    return found
+
+
+def _span(game: Game) -> tuple[int, int]:
+    """Return the left column and the width of the piece in play."""
+    columns = [x for x, _ in game.piece.cells]
+    return min(columns), max(columns) - min(columns) + 1
+
+
+def _number(game: Game) -> object:
+    """Return what tells the piece in play from others of the game."""
+    return game.pieces_placed, game.piece.kind
+
+
+def _mean(seen: Collection[tuple[float, Touch]], name: str) -> float:
+    """Return the mean of an attribute."""
+    return float(sum(getattr(touch, name) for _, touch in seen) / len(seen))
+
+
+def _fine(way: float) -> float:
+    """Return a piece's way for a finger's way from where it settled, both in columns."""
+    (near, slow), (far, _) = FINE
+    long = abs(way)
+    if long <= near:
+        long *= slow / near
+    elif long < far:
+        long = slow + (long - near) * (far - slow) / (far - near)
+    return math.copysign(long, way)

@@ -1,0 +1,294 @@
+"""Pieces a minute by Aim, and columns that are right: a simulated hand that sees the ghost late.
+
+    python -m tests.benchmarks.aim [--games 8] [--minutes 4] [--touches-hz 2.5] [--json]
+
+The greedy bot chooses the places; a turn is a twist, an aimed drop one touch that counts two, a
+drop where the piece already is a pinch. Before each piece the player looks, as in the demo. The
+hand lands with a deviation of 2 mm on each axis, sees the ghost .2 s late, slides at most twice,
+each time with that deviation, and then presses deeper; what it corrects takes time on top. Depth
+and place are estimated with the errors of `ERRORS`. `buttons` is the same player with a command
+for each step.
+"""
+
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from host.aim import FINE, HYSTERESIS, Aim, Touch
+from host.demo.autoplayer import LOOK_S
+from host.demo.demo import PACE
+from tetris.bots import greedy
+from tetris.engine import moves
+from tetris.engine.events import Locked
+from tetris.engine.game import Action, Game, Phase
+from tetris.engine.pieces import Piece
+
+from .results import Results, command_line
+
+PITCH_MM: Final = 10.0
+FRAME_S: Final = 1 / 40
+HAND_MM: Final = 2.0  # where a touch lands and a slide ends, each axis
+SEEN_S: Final = 0.2  # from the ghost to the hand
+RAMP_S: Final = 0.08  # of a landing and a lift
+SLIDE_S: Final = 0.15
+DEEPER_S, DEEPER_MM = 0.1, 6.0
+CORRECTIONS: Final = 2
+DEPTHS_MM: Final = (6.5, 12.0)  # of the simulated hands
+GOALS: Final = {"nominal": (2.0, 45.0, 0.99), "paper-snr": (None, 25.0, 0.95)}
+TURNS: Final = ((), (Action.ROTATE_CW,), (Action.ROTATE_CCW,), (Action.ROTATE_CW,) * 2)
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Deviations of the estimates: place held and moving, depth; mm."""
+
+    held_mm: float
+    moving_mm: float
+    depth_mm: float
+
+
+ERRORS: Final = {"nominal": Errors(0.8, 0.8, 0.6), "paper-snr": Errors(1.5, 3.0, 1.5)}
+
+
+@dataclass
+class Tally:
+    """What happened in the games of one player."""
+
+    pieces: int = 0
+    right: int = 0
+    commands: int = 0
+    touches: int = 0  # an aimed drop is one
+    aimed: int = 0
+    corrections: int = 0
+    seconds: float = 0.0
+
+
+@dataclass
+class Estimator:
+    """Errors of a bias in each touch and of each frame, half of the variance each."""
+
+    errors: Errors
+    source: random.Random
+    bias: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+
+    def land(self) -> None:
+        self.bias = self._draw(self.errors.held_mm)
+
+    def _draw(self, place_mm: float) -> tuple[float, float, float]:
+        half = math.sqrt(0.5)
+        place, depth = half * place_mm, half * self.errors.depth_mm
+        return tuple(self.source.gauss(0.0, one) for one in (place, place, depth))  # type: ignore
+
+    def see(self, x_mm: float, y_mm: float, depth_mm: float, moving: bool) -> Touch:
+        place_mm = self.errors.moving_mm if moving else self.errors.held_mm
+        now = [a + b for a, b in zip(self.bias, self._draw(place_mm), strict=True)]
+        return Touch(
+            (x_mm + now[0]) / PITCH_MM,
+            (y_mm + now[1]) / PITCH_MM,
+            max(0.1, depth_mm + now[2]),
+            1,
+            place_mm / PITCH_MM,
+            self.errors.depth_mm,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """What the bot wants: turns, the left column after them, and the landing."""
+
+    turns: tuple[Action, ...]
+    left: int
+    landing: Piece
+    aimed: bool
+
+    @property
+    def cost(self) -> int:
+        return len(self.turns) + 1 + self.aimed
+
+
+def placements(game: Game) -> Iterator[Placement]:
+    bits, table = game.board.bits, moves.TABLES[game.config.kicks]
+    for turns in TURNS:
+        piece: Piece | None = game.piece
+        for action in turns:
+            tests = piece.turned[table + (action is Action.ROTATE_CCW)] if piece else ()
+            piece = next((one for one in tests if not bits & one.mask), None)
+        if piece is None:
+            continue
+        for there in _along(bits, piece):
+            left = min(x for x, _ in there.cells)
+            yield Placement(turns, left, moves.landed(bits, there), there is not piece)
+
+
+def _along(bits: int, piece: Piece) -> Iterator[Piece]:
+    yield piece
+    for side in ("left", "right"):
+        there = getattr(piece, side)
+        while not bits & there.mask:
+            yield there
+            there = getattr(there, side)
+
+
+def choose(game: Game, cost: float) -> Placement:
+    def worth(one: Placement) -> float:
+        return greedy.value(game.board.bits, one.landing, game.config) - cost * one.cost
+
+    return max(placements(game), key=worth)
+
+
+class Hand:
+    """Plays one game by Aim."""
+
+    def __init__(self, seed: int, errors: Errors, touch_s: float, tally: Tally) -> None:
+        self._random = random.Random(f"aim {seed}")
+        self._eye = Estimator(errors, self._random)
+        self.game, self._aim = Game(seed, PACE), Aim()
+        self._touch_s, self._tally = touch_s, tally
+        self._landed: list[Piece] = []
+        self.now_s = 0.0
+        self._update([])
+
+    def _update(self, actions: list[Action]) -> None:
+        for event in self.game.update(self.now_s, actions):
+            if isinstance(event, Locked):
+                self._landed.append(event.piece)
+
+    def _wait(self, seconds: float) -> None:
+        self.now_s += seconds
+        self._update([])
+
+    def _command(self, action: Action) -> None:
+        """Make a gesture of several fingers."""
+        self._wait(self._touch_s)
+        self._update(self._aim.command(action, False, self.now_s, self.game))
+        self._tally.commands += 1
+        self._tally.touches += 1
+
+    def piece(self, cost: float) -> None:
+        """Place one piece."""
+        game, tally = self.game, self._tally
+        if game.phase is Phase.OVER:
+            self._update([Action.RESTART])
+        began_s = self.now_s
+        self._landed.clear()
+        wanted = choose(game, cost)
+        self._wait(self._random.uniform(*LOOK_S))
+        for action in wanted.turns:
+            self._command(action)
+        if wanted.aimed:
+            tally.aimed += 1
+            self._aimed(wanted.left)
+        else:
+            self._command(Action.HARD_DROP)
+        if not self._landed:  # pressed without a drop
+            self._command(Action.HARD_DROP)
+        tally.pieces += 1
+        tally.right += {one.mask for one in self._landed} == {wanted.landing.mask}
+        tally.seconds += self.now_s - began_s
+
+    def _aimed(self, left: int) -> None:
+        """Land on a column, correct what the ghost shows, press deeper and lift."""
+        tally, source, placed = self._tally, self._random, self.game.pieces_placed
+        tally.commands += 2
+        tally.touches += 1
+        self._eye.land()
+        began_s = self.now_s
+        self.now_s += self._touch_s / 2  # the way to the dome
+        column_mm = 4 * PITCH_MM / self.game.config.columns
+        width = _width(self.game.piece)
+        x = (left + width / 2) * column_mm + source.gauss(0.0, HAND_MM)
+        y = 2 * PITCH_MM + source.gauss(0.0, HAND_MM)
+        depth = source.uniform(*DEPTHS_MM)
+        self._move((x, x), y, (0.0, depth), RAMP_S)
+        self._move((x, x), y, (depth, depth), SEEN_S)
+        corrected_s = 0.0
+        for _ in range(CORRECTIONS):
+            away = left - min(column for column, _ in self.game.piece.cells)
+            if not away or self.game.pieces_placed != placed:
+                break
+            tally.corrections += 1
+            there = x + column_mm * _way(away) + source.gauss(0.0, HAND_MM)
+            self._move((x, there), y, (depth, depth), SLIDE_S)
+            self._move((there, there), y, (depth, depth), SEEN_S)
+            x, corrected_s = there, corrected_s + SLIDE_S + SEEN_S
+        self._move((x, x), y, (depth, depth + DEEPER_MM), DEEPER_S)
+        if self.game.pieces_placed == placed:
+            self._move((x, x), y, (depth + DEEPER_MM,) * 2, DEEPER_S)
+        self._move((x, x), y, (depth + DEEPER_MM, 0.0), RAMP_S)
+        self._update(self._aim.touch(None, self.now_s, self.game))
+        self._wait(max(0.0, began_s + 2 * self._touch_s + corrected_s - self.now_s))
+
+    def _move(
+        self, xs: tuple[float, float], y: float, depths: tuple[float, float], seconds: float
+    ) -> None:
+        for number in range(1, round(seconds / FRAME_S) + 1):
+            share = number * FRAME_S / seconds
+            self.now_s += FRAME_S
+            x, depth = (a + share * (b - a) for a, b in (xs, depths))
+            touch = self._eye.see(x, y, depth, xs[0] != xs[1])
+            self._update([])
+            self._update(self._aim.touch(touch, self.now_s, self.game))
+
+
+def _width(piece: Piece) -> int:
+    columns = [x for x, _ in piece.cells]
+    return max(columns) - min(columns) + 1
+
+
+def _way(away: int) -> float:
+    """Return how far a finger slides for a piece's way, amid the places that give it; columns."""
+    (near, slow), (far, _) = FINE
+    long = abs(away) + HYSTERESIS
+    if long <= slow:
+        way = long * near / slow
+    elif long < far:
+        way = near + (long - slow) * (far - near) / (far - slow)
+    else:
+        way = long
+    return math.copysign(way, away)
+
+
+def by_buttons(seed: int, touch_s: float, pieces: int) -> Tally:
+    """Play with a command for each step, turn and drop, none of which goes wrong."""
+    tally, game = Tally(), Game(seed, PACE)
+    source = random.Random(f"buttons {seed}")
+    for _ in range(pieces):
+        if game.phase is Phase.OVER:
+            game.update(tally.seconds, [Action.RESTART])
+        plan = greedy.plan(game, command_cost=1.0)
+        tally.seconds += source.uniform(*LOOK_S)
+        for action in plan.actions:
+            tally.seconds += touch_s
+            game.update(tally.seconds, [action])
+        tally.commands += len(plan.actions)
+        tally.pieces += 1
+    return tally
+
+
+def main() -> None:
+    parser = command_line(__doc__, games=8, minutes=4.0, touches_hz=2.5, cost=1.0)
+    arguments = parser.parse_args()
+    results, touch_s = Results("aim"), 1 / arguments.touches_hz
+    for preset, errors in ERRORS.items():
+        tally = Tally()
+        for seed in range(arguments.games):
+            hand = Hand(seed, errors, touch_s, tally)
+            while hand.now_s < 60 * arguments.minutes:
+                hand.piece(arguments.cost)
+        commands, rate, right = GOALS[preset]
+        note, count = results.note, tally.pieces
+        note("commands_per_piece", tally.commands / count, "1", preset=preset, goal=commands)
+        note("touches_per_piece", tally.touches / count, "1", preset=preset)
+        note("pieces_per_min", 60 * count / tally.seconds, "1/min", preset=preset, goal=rate)
+        note("columns_right", tally.right / count, "1", preset=preset, goal=right)
+        note("corrections_per_aim", tally.corrections / tally.aimed, "1", preset=preset)
+    played = by_buttons(0, touch_s, 1000)
+    results.note("commands_per_piece", played.commands / played.pieces, preset="buttons")
+    results.note("pieces_per_min", 60 * played.pieces / played.seconds, "1/min", preset="buttons")
+    results.finish(arguments.json)
+
+
+if __name__ == "__main__":
+    main()

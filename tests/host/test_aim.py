@@ -1,0 +1,193 @@
+"""Aim: the touched column, the drop by a deeper press, and what takes a touch back."""
+
+import random
+
+import pytest
+
+from host.aim import Aim, Touch
+from tetris.engine.game import Action, Config, Game
+
+FRAME_S = 1 / 40
+FIRM_MM = 9.0
+
+
+class Play:
+    """A game without gravity, and a finger on the dome."""
+
+    def __init__(self, board: str = "", seed: int = 2) -> None:
+        self.game = Game(seed, Config(gravity=False, lock_resets=None, board=board))
+        self.game.update(0.0)
+        self.aim, self.now_s = Aim(), 0.0
+        self.done: list[Action] = []
+
+    def hold(
+        self,
+        seconds: float,
+        x: float,
+        depth_mm: float = FIRM_MM,
+        *,
+        y: float = 2.0,
+        to_x: float | None = None,
+        to_mm: float | None = None,
+        fingers: int = 1,
+    ) -> None:
+        """Hold a finger, or move it evenly to another place and depth."""
+        frames = round(seconds / FRAME_S)
+        for number in range(1, frames + 1):
+            share = number / frames
+            here = x + share * ((x if to_x is None else to_x) - x)
+            depth = depth_mm + share * ((depth_mm if to_mm is None else to_mm) - depth_mm)
+            self.frame(Touch(here, y, depth, fingers))
+
+    def frame(self, touch: Touch | None) -> None:
+        self.now_s += FRAME_S
+        self.take(self.aim.touch(touch, self.now_s, self.game))
+
+    def lift(self, x: float, depth_mm: float = FIRM_MM) -> None:
+        self.hold(0.08, x, depth_mm, to_mm=0.5)
+        self.frame(None)
+
+    def command(self, action: Action, *, located: bool = False) -> None:
+        self.take(self.aim.command(action, located, self.now_s, self.game))
+
+    def take(self, actions: list[Action]) -> None:
+        self.done += actions
+        self.game.update(self.now_s, actions)
+
+    @property
+    def columns(self) -> list[int]:
+        return sorted({x for x, _ in self.game.piece.cells})
+
+
+@pytest.mark.parametrize(("x", "columns"), [(0.0, [0, 1, 2]), (2.2, [4, 5, 6]), (4.0, [7, 8, 9])])
+def test_the_piece_goes_under_the_finger_at_once_and_stays_when_it_lifts(
+    x: float, columns: list[int]
+) -> None:
+    play = Play()
+    play.hold(FRAME_S, x, 2.0)
+    assert play.columns == columns
+    play.hold(0.5, x)
+    play.lift(x)
+    assert play.columns == columns
+    assert play.game.pieces_placed == 0
+
+
+@pytest.mark.parametrize("x", [-0.6, 4.7])
+def test_beside_the_taxels_is_the_outermost_column(x: float) -> None:
+    play = Play()
+    play.hold(0.3, x)
+    assert (0 if x < 0 else 9) in play.columns
+
+
+@pytest.mark.parametrize("depth_mm", [3.0, 6.5, 13.0])
+def test_a_hand_of_any_strength_drops_by_pressing_deeper(depth_mm: float) -> None:
+    play = Play()
+    play.hold(0.08, 1.0, 1.0, to_mm=depth_mm)
+    play.hold(0.4, 1.0, depth_mm)
+    assert play.game.pieces_placed == 0
+    play.hold(0.2, 1.0, depth_mm, to_mm=depth_mm + 5.0)
+    assert play.done[-1] is Action.HARD_DROP
+    play.lift(1.0, depth_mm + 5.0)
+    assert play.game.pieces_placed == 1
+
+
+def test_the_column_is_that_from_before_the_finger_pressed_and_shifted() -> None:
+    play = Play()
+    play.hold(0.4, 1.0)
+    wanted = play.columns
+    play.hold(0.15, 1.0, to_x=1.8, to_mm=FIRM_MM + 6.0)
+    assert play.game.pieces_placed == 1
+    landed = [x for x, mark in enumerate(play.game.board.rows[0]) if mark != "."]
+    assert landed == wanted
+
+
+def test_a_touch_that_dropped_leaves_the_next_piece_alone() -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    play.hold(0.1, 0.5, to_mm=FIRM_MM + 5.0)
+    entered = play.columns
+    play.lift(0.5, FIRM_MM + 5.0)
+    assert play.columns == entered
+    play.hold(FRAME_S, 0.5, 2.0)
+    assert play.columns != entered
+
+
+def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
+    play, source = Play(), random.Random(1)
+    play.hold(0.3, 2.3)  # near the edge between two columns
+    before = len(play.done)
+    for _ in range(400):
+        x, depth = source.gauss(2.3, 0.06), source.gauss(FIRM_MM, 0.6)
+        play.frame(Touch(x, 2.0, depth, 1, 0.06, 0.6))
+    assert len(play.done) - before <= 1
+    assert play.game.pieces_placed == 0
+
+
+def test_from_where_a_finger_settled_its_slides_are_fine_and_in_the_end_full() -> None:
+    play = Play()
+    play.hold(0.3, 1.0)
+    first = play.columns[0]
+    play.hold(0.2, 1.0, to_x=1.8)  # two columns' width
+    assert play.columns[0] == first + 1
+    play.hold(0.2, 1.8, to_x=3.4)  # six in all
+    assert play.columns[0] == first + 6
+
+
+def test_two_fingers_take_back_where_the_first_one_steered() -> None:
+    play = Play()
+    entered = play.columns
+    play.hold(0.05, 0.5)
+    assert play.columns != entered
+    play.hold(0.2, 1.5, fingers=2)
+    assert play.columns == entered
+    play.frame(None)
+    play.command(Action.HARD_DROP)
+    assert play.game.pieces_placed == 1
+
+
+def test_a_gesture_whose_fingers_were_taken_for_one_is_taken_back_too() -> None:
+    play = Play()
+    play.hold(0.2, 3.0)
+    play.lift(3.0)
+    aimed = play.columns
+    play.now_s += 1.0
+    play.hold(0.2, 2.0)  # really a pinch about the middle
+    play.command(Action.ROTATE_CW)
+    assert play.done[-1] is Action.ROTATE_CW
+    assert set(play.columns) <= set(aimed)
+
+
+def test_a_drop_by_depth_is_not_repeated_by_a_pinch_recognised_in_it() -> None:
+    play = Play()
+    play.hold(0.4, 2.0)
+    play.hold(0.1, 2.0, to_mm=FIRM_MM + 5.0)
+    play.command(Action.HARD_DROP)
+    assert play.game.pieces_placed == 1
+    play.lift(2.0)
+    play.now_s += 1.0
+    play.command(Action.HARD_DROP)
+    assert play.game.pieces_placed == 2
+
+
+def test_commands_of_a_press_do_nothing() -> None:
+    play = Play()
+    for action in (Action.LEFT, Action.DOWN):
+        play.command(action, located=True)
+    assert play.done == []
+
+
+@pytest.mark.parametrize("seconds", [0.08, 0.6])
+def test_a_touch_above_the_last_row_holds_once_and_does_not_steer(seconds: float) -> None:
+    play = Play()
+    play.hold(seconds, 0.5, y=4.5)
+    play.frame(None)
+    assert play.done == [Action.HOLD]
+
+
+def test_a_wall_of_blocks_ends_the_way() -> None:
+    play = Play(board="\n".join([".#........"] * 20))
+    play.hold(0.3, 0.0)
+    assert play.columns[0] == 2
+    play.hold(0.15, 0.0, to_mm=FIRM_MM + 5.0)
+    assert play.game.board.rows[0][2] != "."
+    assert play.game.pieces_placed == 1
