@@ -9,6 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from controller.links.base import Link, LogLimit
+from controller.recognition.contact import ContactEstimate
 from controller.recognition.images.frames import Frame, Image
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import UNKNOWN
@@ -21,6 +22,7 @@ from controller.shared.protocol.codec import quantise_image
 from controller.shared.protocol.messages import (
     Command,
     Contacts,
+    ContactState,
     Health,
     Perform,
     PositionUncertainty,
@@ -131,6 +133,7 @@ class Device:
         self._pairs = self.live and self._virtual is None and recorder is None
         self._button = LongPress()
         self._pressed: tuple[str, ...] = ()  # as last sent
+        self._touched: int | None = None  # frame of the contact last sent; None: it has ended
         self._faults: tuple[str, ...] = ()  # of the sensor, as last sent
         self._user: UserIdentified | None = None  # as last sent
         self._learned = pipeline.learned  # scale, as kept
@@ -142,7 +145,7 @@ class Device:
     def greet(self, t_s: float) -> None:
         """Begin with another host: no command is held until the next gesture."""
         self._pressed = self._faults = ()
-        self._user = None
+        self._user = self._touched = None
         self.lift(t_s)
 
     def lift(self, t_s: float) -> None:
@@ -271,6 +274,7 @@ class Device:
             _log.warning("%s; waiting for it", why)
             self.note("lost", why)
             self._press((), round(t_s * 1000))
+            self._touch(0, None, round(t_s * 1000))
 
     def _keep(self, recorder: SessionRecorder, frame: Frame, step: Step) -> None:
         """Record a frame, and pass a new cue to the simulated hand."""
@@ -283,8 +287,9 @@ class Device:
             self.due = None
 
     def _send(self, step: Step, rate_hz: float) -> None:
-        """Send the results of a frame: first the command, after the uncertainty of its position."""
+        """Send the results of a frame: the contact, then the command after its uncertainty."""
         t_ms = round(step.t_s * 1000)
+        self._touch(step.frame, step.contact, t_ms)
         if step.sigma is not None:
             self.link.send(PositionUncertainty(step.frame, step.sigma), t_ms)
         if step.command is not None:
@@ -324,6 +329,16 @@ class Device:
         if pressed != self._pressed:
             self._pressed = pressed
             self.link.send(State(pressed), t_ms)
+
+    def _touch(self, frame: int, contact: ContactEstimate | None, t_ms: int) -> None:
+        """Send what touches in a frame, or once that nothing does any more."""
+        if (c := contact) is not None:
+            shape = c.depth_mm, c.depth_sigma, c.fingers, c.fingers_sure, c.angle_deg, c.angle_sigma
+            self.link.send(ContactState(frame, c.x, c.y, c.place_sigma, *shape), t_ms)
+            self._touched = frame
+        elif self._touched is not None:
+            self.link.send(ContactState(self._touched), t_ms)
+            self._touched = None
 
 
 def telemetry(step: Step, rate_hz: float) -> Telemetry:

@@ -31,14 +31,14 @@ from controller.shared.protocol.link_events import Received as Received
 from controller.shared.protocol.link_events import Refused as Refused
 from controller.shared.protocol.link_events import Stale as Stale
 from controller.shared.protocol.link_events import pause_s
-from controller.shared.protocol.messages import Command, Message, Welcome
+from controller.shared.protocol.messages import Command, ContactState, Message, Welcome
 from controller.shared.protocol.retransmit import SessionHistory
 from controller.shared.request_queue import RequestQueue
 from host.connection.transport import LinkError as LinkError
 from host.connection.transport import Transport
 
 INBOX = 65_536  # news that may wait for `poll`; a program that lets more wait has hung
-LATE_MS = 500  # commands that waited longer for `poll` are dropped: the player has moved on
+LATE_MS = 500  # commands and contacts that waited longer for `poll` are dropped
 CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to start
 
 log = logging.getLogger(__name__)
@@ -164,7 +164,7 @@ class Receiver:
                 with self._lock:
                     self.past.missed += 1
                 received.append(Missed(1))
-            else:
+            elif arrived_ms >= oldest_ms or not _touches(news):
                 received.append(news)
         for listener, kind in self._listeners:
             if any(isinstance(item, kind) for item in received):
@@ -313,6 +313,11 @@ class Receiver:
 
 def _is_command(news: Received) -> bool:
     return isinstance(news, Delivered) and isinstance(news.message, Command)
+
+
+def _touches(news: Received) -> bool:
+    message = news.message if isinstance(news, Delivered) else None
+    return isinstance(message, ContactState) and message.fingers > 0
 
 
 def _now_ms() -> int:

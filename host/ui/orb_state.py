@@ -15,6 +15,7 @@ from controller.shared.protocol.codec import image_from_bytes
 from controller.shared.protocol.messages import (
     Command,
     Contact,
+    ContactState,
     Health,
     Message,
     StageTime,
@@ -82,6 +83,8 @@ class OrbState:
     gesture: str = ""
     ready: bool = False
     rate_hz: float = 0.0
+    contact: ContactState | None = None  # what touches, if the device estimates it
+    contact_s: float = 0.0  # when that came
     contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
     ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
     zones: bool = False  # whether the dome shows which command a press gives where
@@ -147,6 +150,8 @@ class OrbState:
                 self.command(message, now_s)
             case Telemetry():
                 self.telemetry(message, now_s)
+            case ContactState():
+                self.contact, self.contact_s = (message if message.fingers else None), now_s
             case Health(found=found):
                 self.health = found
             case Vocabulary() | GestureInfo():
@@ -162,6 +167,7 @@ class OrbState:
         self._recognise(welcome.labels)
         self.gestures = {}
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
+        self.contact = None
         self.health = ()
         self.user, self.sure = "", 0.0
 
@@ -207,7 +213,7 @@ class OrbState:
         self.link, self.reason, self.gesture = link, reason, ""
         self.felt = np.zeros_like(self.felt)
         self._target = np.zeros_like(self._target)
-        self.contacts = ()
+        self.contacts, self.contact = (), None
 
     def advance(self, now_s: float) -> None:
         """Ease what is shown towards what was felt, as far as the time has come."""

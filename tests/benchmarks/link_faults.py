@@ -1,5 +1,7 @@
 """The link under every kind of fault: commands arrive once, in order, or are reported as missed.
 
+Contacts may be lost, but none arrives late, behind a command or behind its end.
+
     python -m tests.benchmarks.link_faults [--steps N] [--seed N] [--json]
 
 A hypothesis state machine (tests/support/link_state_machine.py) does anything to a simulated wire

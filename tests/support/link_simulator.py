@@ -21,11 +21,12 @@ from controller.shared.protocol.messages import (
     LATE_MS,
     Bye,
     Command,
+    ContactState,
     Hello,
     State,
     Telemetry,
 )
-from controller.shared.protocol.packets import MAX_FRAME
+from controller.shared.protocol.packets import MAX_FRAME, Decoder
 from controller.shared.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
 
@@ -68,9 +69,10 @@ class World:
         self.happened: Counter[str] = Counter()
         self.now_ms = 0
         self.plugged = True
+        self._full_ms = 0  # the device's port takes no bytes before
         self._mended_ms = 0  # when a cut line is mended
         self.to_host, self.to_device = Wire(), Wire()
-        self.oldest_ms = 0  # age of the oldest command that was delivered
+        self.oldest_ms = 0  # age of the oldest command or contact that was delivered
         self.keyed = keyed
         self._serial, self._key, self._skew_ms = serial, KEY if keyed else b"", device_ms
         self._drawn = 0
@@ -80,6 +82,8 @@ class World:
         self._asked: dict[int, list[tuple[int, int]]] = {}
         self._begun: dict[int, set[int]] = {}
         self._frame = 0
+        self._touched: dict[int, int] = {}  # frames of contacts, and when
+        self._contact = 0  # frame of the contact that the device has said last; 0: it has ended
         self.held: tuple[str, ...] = ()
         self._loop_ms = 0  # the latest sign of the device's control loop
         self._hung_until_ms = 0
@@ -96,6 +100,8 @@ class World:
         self._met = 0  # the boot of the device that it counts of
         self._counted = 0  # delivered and missed since
         self._intact_ms = 0  # when a whole frame came last
+        self._felt = 0  # frame of the contact that the host was told last; 0: it has ended
+        self._newest = 0  # frame of the newest contact or command that it was told
 
     # --- what the two programs do ---
 
@@ -123,6 +129,25 @@ class World:
     def feel(self) -> None:
         """The device sends a frame of telemetry."""
         self._device_says(FELT)
+
+    def touch(self, frames: int) -> None:
+        """The player touches for some frames, each 10 ms; with 0 he lifts the finger."""
+        for _ in range(frames):
+            if not self.hung:
+                self._frame += 1
+                self._touched[self._frame], self._contact = self.now_ms, self._frame
+                self._device_says(ContactState(self._frame, 2.0, 2.0, fingers=1))
+                self._device_says(FELT)
+                self._look()
+            self.wait(TICK_MS)
+        if frames == 0 and self._contact and not self.hung:
+            self._device_says(ContactState(self._contact))
+            self._contact = 0
+            self._look()
+
+    def clog(self, for_ms: int) -> None:
+        """Let the device's port take no bytes for some time."""
+        self._full_ms = max(self._full_ms, self.now_ms + for_ms)
 
     def hang(self, for_ms: int) -> None:
         """Let the device's control loop hang: it sends nothing; its link's thread goes on."""
@@ -157,7 +182,7 @@ class World:
 
     def restart_device(self) -> None:
         """Switch the device off and on: it forgets everything."""
-        self.outbox, self.held = RetransmitQueue(), ()
+        self.outbox, self.held, self._contact = RetransmitQueue(), (), 0
         self.lines.clear()
         self._start_device()
         self._end_line()
@@ -167,7 +192,7 @@ class World:
         """Start the host's program anew: it forgets everything."""
         self._hosts += 1
         self.past = SessionHistory(host_nonce=self._hosts)
-        self.host, self._next_ms, self._failures = None, self.now_ms, 0
+        self.host, self._next_ms, self._failures, self._felt = None, self.now_ms, 0, 0
         self._end_line()
         self.happened["host restarts"] += 1
 
@@ -177,7 +202,7 @@ class World:
             self.host.close("the host was closed", self.now_ms)
             self._pump()
             self.happened["host ends"] += 1
-            self.host, self._next_ms = None, self.now_ms + 300
+            self.host, self._next_ms, self._felt = None, self.now_ms + 300, 0
 
     def change(self, direction: Wire, how: str, at: int) -> None:
         """Do something to what travels in one direction."""
@@ -215,6 +240,9 @@ class World:
         assert len(self.lines) <= 2
         if self.host is None:
             return
+        if self._felt:
+            passed_ms = self.now_ms - self._touched[self._felt]
+            assert passed_ms <= LATE_MS + DEADMAN_MS + TICK_MS, f"touches after {passed_ms} ms"
         silent_ms = self.now_ms - self._intact_ms
         assert silent_ms < DEADMAN_MS or not self.host.pressed, f"held after {silent_ms} ms"
         if self.host.welcomed:
@@ -222,7 +250,7 @@ class World:
 
     def settle(self) -> None:
         """Mend everything, wait, and check that both ends know the fate of every command."""
-        self.plugged, self._hung_until_ms = True, self.now_ms
+        self.plugged, self._hung_until_ms, self._full_ms = True, self.now_ms, 0
         for direction in (self.to_host, self.to_device):
             direction.free_ms = 0
             direction.chunks = [
@@ -236,6 +264,7 @@ class World:
         assert self.outbox.posted == ()
         assert self.outbox.missed == self.past.missed
         assert self.host.pressed == self.held
+        assert not self._felt
         assert (self.host.clock.rtt_ms or 0) <= 2 * LATENCY_MS + 4 * TICK_MS
         offset_ms = self.host.clock.offset_ms
         assert offset_ms is not None
@@ -283,7 +312,16 @@ class World:
             self._hear(self.host.cut("the wire was cut"))
         self._hang_up()
 
-    def _device_says(self, message: State | Telemetry) -> None:
+    def _look(self) -> None:
+        """Check that no contact waits behind anything in the output of the device."""
+        for session in self.lines:
+            decoder = Decoder()
+            decoder.seal = session._seal
+            later = [packet.message for packet in decoder.feed(bytes(session.output))][1:]
+            waiting = [one for one in later if isinstance(one, ContactState) and one.fingers]
+            assert not waiting, "a contact waits"
+
+    def _device_says(self, message: State | Telemetry | ContactState) -> None:
         session = self._live
         if session is not None and not self.hung:
             session.send(message, self.now_ms, self.device_ms)
@@ -294,11 +332,11 @@ class World:
             self._loop_ms = self.now_ms
         silent_ms = self.now_ms - self._loop_ms
         if silent_ms >= DEADMAN_MS:
-            self.held = ()  # only a new touch holds again
+            self.held, self._contact = (), 0  # only a new touch holds again
         for session in tuple(self.lines):
             before = len(session.output)
             session.tick(self.device_ms, self.device_ms - silent_ms)
-            held = session.live and session._pressed
+            held = session.live and (session._pressed or session._touched)
             assert not (silent_ms >= DEADMAN_MS and held), "held by a hung loop"
             assert not (silent_ms >= HUNG_MS and len(session.output) > before), "a heartbeat"
         if self.host is not None:
@@ -330,6 +368,8 @@ class World:
         for session in self.lines:
             # Of two lines the older one is half open: nobody is at its other end.
             if self.plugged and session is self.lines[-1] and session.output:
+                if self.now_ms < self._full_ms:
+                    continue
                 self.to_host.put(bytes(session.output), self.now_ms)
             session.output.clear()
         if self.host is not None and self.host.output:
@@ -386,10 +426,27 @@ class World:
                 assert item.message.frame == frame, "out of order, again, or invented"
                 age_ms = self.now_ms - asked_ms
                 assert age_ms <= LATE_MS, f"obeyed after {age_ms} ms"
+                self._newest = max(self._newest, frame)
                 self.oldest_ms = max(self.oldest_ms, age_ms)
                 self.happened["delivered"] += 1
+            elif isinstance(item, link_events.Delivered) and isinstance(item.message, ContactState):
+                self._feel(item.message)
             elif isinstance(item, link_events.Stale | link_events.Lost | link_events.Refused):
+                self._felt = 0
                 self.happened[type(item).__name__.lower()] += 1
+
+    def _feel(self, contact: ContactState) -> None:
+        """Compare a contact that the host was told with those that were."""
+        if not contact.fingers:
+            assert self._felt == contact.frame, "the end of another contact, or of none"
+            self._felt = 0
+            return
+        age_ms = self.now_ms - self._touched[contact.frame]
+        assert age_ms <= LATE_MS, f"a contact of {age_ms} ms ago"
+        assert contact.frame > self._newest, "a contact behind a command, or behind a newer one"
+        self.oldest_ms = max(self.oldest_ms, age_ms)
+        self._felt = self._newest = contact.frame
+        self.happened["contacts"] += 1
 
     @staticmethod
     def _between(chunks: list[tuple[int, bytes]], at: int) -> int:

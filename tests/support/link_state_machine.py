@@ -10,6 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
 from controller.shared.protocol.messages import (
     Bye,
+    ContactState,
     Heartbeat,
     Hello,
     Message,
@@ -26,6 +27,7 @@ SHORTEST = 15  # bytes of a frame: fewer cannot be forged into one
 FORGED = (
     Hello(2, 2, "", "host", False), welcome(), Bye("closed"), Heartbeat(9, 9, 9, 0, ("down",)),
     NumberedCommand("drop", "pinch", 0.9, None, 1, 1, 0, 0), State(("down",)),
+    ContactState(1, fingers=1),
 )  # fmt: skip
 
 
@@ -71,6 +73,19 @@ class BadWire(RuleBasedStateMachine):
         self.step("frames")
         self.world.feel()
         self.world.wait(pause_ms)
+
+    @rule(frames=st.integers(0, 5), gesture=st.booleans(), pause_ms=PAUSES)
+    def touch(self, frames: int, gesture: bool, pause_ms: int) -> None:
+        self.step("touches")
+        self.world.touch(frames)
+        if gesture:
+            self.world.command()
+        self.world.wait(pause_ms)
+
+    @rule(for_ms=st.integers(1, 1500))
+    def clog(self, for_ms: int) -> None:
+        self.step("clogs")
+        self.world.clog(for_ms)
 
     @rule(for_ms=st.integers(1, 3000), pause_ms=PAUSES)
     def hang(self, for_ms: int, pause_ms: int) -> None:

@@ -170,11 +170,12 @@ class Bench:
         record: Path | None = None,
         cues: CueSession | None = None,
         lost_s: float = float("inf"),
+        pipeline: type[Pipeline] = Pipeline,
     ) -> None:
         self.world = World(*requests)
         self.sensors: list[Slab] = []
         self.busy_s, self.lost_s = busy_s, lost_s
-        self.record, self.cues = record, cues
+        self.record, self.cues, self.pipeline = record, cues, pipeline
         self.loop = Loop(
             self.world, self.open, self.world.clock, await_host=await_host, orphan_s=orphan_s
         )
@@ -183,7 +184,7 @@ class Bench:
         sensor = Slab(self.world, busy_s=self.busy_s)
         sensor.lost_s = self.lost_s
         self.sensors.append(sensor)
-        pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
+        pipeline = self.pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
         hand = None if self.cues is None else VirtualHand(respond=obey)
         device = Device(sensor, pipeline, self.world, hand=hand)
         if self.record is not None:

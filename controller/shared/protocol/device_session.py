@@ -20,6 +20,7 @@ from controller.shared.protocol.messages import (
     Bye,
     Command,
     Contacts,
+    ContactState,
     Grant,
     Heartbeat,
     Hello,
@@ -93,6 +94,8 @@ class DeviceSession(SessionEnd):
         self._greeted = Hello(0, 0, "", "", False), 0  # the newest Hello, and its sequence
         self._skew_ms = 0  # from the link's clock to that of the messages
         self._pressed: tuple[str, ...] = ()  # held commands of the last State
+        self._touched: int | None = None  # frame of the last contact; None: it has ended
+        self._unsent: tuple[ContactState, int] | None = None  # newest contact, and its time
 
     @property
     def live(self) -> bool:
@@ -135,6 +138,12 @@ class DeviceSession(SessionEnd):
             return
         if isinstance(message, State) and self.live:
             self._pressed = message.pressed
+        if isinstance(message, ContactState):
+            self._unsent = None
+            self._touched = message.frame if self.live and message.fingers else None
+            if self._touched is not None and not self.granted:
+                self._touch(message, t_ms, now_ms)
+                return
         self._send(message, t_ms, now_ms)
 
     def tick(self, now_ms: int, loop_ms: int | None = None) -> list[Message]:
@@ -153,6 +162,7 @@ class DeviceSession(SessionEnd):
         self._watch(now_ms, now_ms if loop_ms is None else loop_ms)
         if self.state == "hung":
             return []
+        self._send_contact()
         self._send_again(now_ms)
         if now_ms - self._beat_ms >= self._welcome.heartbeat_ms:
             # In phase with earlier heartbeats, unless they are long ago.
@@ -172,6 +182,8 @@ class DeviceSession(SessionEnd):
             self._go("pause")
             if self._pressed:
                 self.send(State(()), now_ms + self._skew_ms, now_ms)
+            if self._touched is not None:
+                self.send(ContactState(self._touched), now_ms + self._skew_ms, now_ms)
         if self.state == "stalled" and now_ms - loop_ms >= HUNG_MS:
             self._go("hang")
 
@@ -238,6 +250,7 @@ class DeviceSession(SessionEnd):
         self._heard_ms = self._beat_ms = now_ms
         self.granted, self.clock = join.granted, ClockSync()
         self._skew_ms, self._pressed = 0, ()
+        self._touched = self._unsent = None
         queue = self.outbox
         before = queue.host, self._welcome.boot_nonce
         # Granted time begins at 0 with each host, so nothing before it is resumed.
@@ -293,10 +306,23 @@ class DeviceSession(SessionEnd):
         # A command that does not fit the wire format is refused now, not at its retransmission.
         encode(_numbered(command, 0, 0, 0), session=0, sequence=0, t_ms=0)
         posted = self.outbox.put(command, t_ms, now_ms)
+        self._unsent = None  # a contact of before is never sent behind a command
         if self.live:
             self._deliver(posted, now_ms)
             if self.granted:
                 self.outbox.acknowledge(posted.number)
+
+    def _touch(self, contact: ContactState, t_ms: int, now_ms: int) -> None:
+        """Send a contact once the output is empty, unless something newer comes before."""
+        stamped = dataclasses.replace(contact, sent_ms=now_ms & 0xFFFFFFFF)
+        encode(stamped, session=0, sequence=0, t_ms=0)  # is refused now, not when it is sent
+        self._unsent, self._skew_ms = (stamped, t_ms), t_ms - now_ms
+        self._send_contact()
+
+    def _send_contact(self) -> None:
+        if self._unsent is not None and not self.output:
+            self._put(*self._unsent)
+            self._unsent = None
 
     def _send_again(self, now_ms: int) -> None:
         """Resend the unacknowledged commands in order, once they are due."""

@@ -25,6 +25,7 @@ from controller.shared.protocol.messages import (
     VERSION,
     Bye,
     Command,
+    ContactState,
     Grant,
     Granted,
     Heartbeat,
@@ -38,6 +39,7 @@ from controller.shared.protocol.messages import (
     Report,
     State,
     Welcome,
+    hold_ms,
 )
 from controller.shared.protocol.packets import Packet, SessionEnd, is_ahead, signed
 from controller.shared.protocol.retransmit import SessionHistory
@@ -92,6 +94,8 @@ class HostSession(SessionEnd):
         self._joined_ms = now_ms  # when Join was sent
         self._skew_ms = 0  # from the device's link clock to that of its messages
         self._pressed: tuple[str, ...] | None = None  # None: to be reported again
+        self._contact: tuple[int, int, int] | None = None  # frame, its time, ours; None: no touch
+        self._hold_ms = DEADMAN_MS  # a contact without a newer one has ended
         self._owes = False  # a command is to be acknowledged
         self._owed = 0  # unanswered Grants
         self._foreign = 0  # protocol version of a peer, if it is another
@@ -160,8 +164,11 @@ class HostSession(SessionEnd):
             return self._end("gone", Lost(f"{self._name}: nothing came for {LOST_MS / 1000:g} s"))
         if silent_ms >= DEADMAN_MS and self.state == "live":
             self._go("quiet")
-            self._pressed = None
+            self._pressed = self._contact = None
             return [Stale()]
+        if self._contact is not None and now_ms - self._contact[2] >= self._hold_ms:
+            (frame, t_ms, _), self._contact = self._contact, None
+            return [Delivered(ContactState(frame), t_ms)]
         return []
 
     def wait_ms(self, now_ms: int) -> int:
@@ -264,6 +271,7 @@ class HostSession(SessionEnd):
         self._take_number(packet, now_ms)
         # The first command may follow at once, and its age has to be known.
         self.clock.take(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
+        self._hold_ms = hold_ms(welcome.rate_hz)
         past = self.past
         if not (welcome.resumed and welcome.boot_nonce == past.boot_nonce):
             past.boot_nonce, past.done, past.missed = welcome.boot_nonce, welcome.done, 0
@@ -289,6 +297,8 @@ class HostSession(SessionEnd):
                 return [*self._give_up(message.done), *self._hold(message.pressed, packet.t_ms)]
             case State():
                 return self._hold(message.pressed, packet.t_ms)
+            case ContactState():
+                return self._touch(message, packet.t_ms, now_ms)
             case Granted() if self._owed:
                 self._owed -= 1
         return [Delivered(message, packet.t_ms)] if message is not None else []
@@ -309,6 +319,19 @@ class HostSession(SessionEnd):
         m = message
         command = Command(m.name, m.label, m.probability, m.touch, m.frame)
         return [*events, Delivered(command, t_ms)]
+
+    def _touch(self, contact: ContactState, t_ms: int, now_ms: int) -> list[Received]:
+        """Return the event of a contact that is not too old; of an end, if it ends one."""
+        if contact.fingers:
+            age_ms = self.clock.age_ms(contact.sent_ms, now_ms) or 0
+            if age_ms > LATE_MS and not self._granted:
+                return []
+            self._contact = contact.frame, t_ms, now_ms
+        elif self._contact is None:
+            return []
+        else:
+            self._contact = None
+        return [Delivered(contact, t_ms)]
 
     def _give_up(self, done: int) -> list[Received]:
         """Count commands up to `done` that were not received as missed."""

@@ -292,6 +292,26 @@ class PositionUncertainty(Report):
     sigma: codec.Deviation  # standard deviation of each axis, grid units
 
 
+@message(12)
+class ContactState(Report):
+    """Device to host, first in each frame in which something touches, and once when that ends.
+
+    A state: it may be lost, and none waits behind other messages. Each value has its deviation.
+    """
+
+    frame: codec.U32
+    x: codec.F32 = 0.0  # place, grid units: the middle of all contacts, weighed by their depth
+    y: codec.F32 = 0.0
+    place_sigma: codec.Deviation = 0.0  # of each axis
+    depth_mm: codec.F32 = 0.0  # of the deepest contact
+    depth_sigma: codec.Deviation = 0.0
+    fingers: codec.U8 = 0  # 1, 2, or 3 for more; 0: the contact has ended, as has all of it
+    fingers_sure: codec.Share = 0.0  # probability of that number
+    angle_deg: codec.F32 = 0.0  # since the landing, counter-clockwise positive
+    angle_sigma: codec.Deviation = 0.0
+    sent_ms: codec.U32 = 0  # the device's link clock; set by its session
+
+
 @dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: position (grid units), depth and radius (mm)."""

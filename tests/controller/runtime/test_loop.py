@@ -5,14 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
+from controller.recognition.contact import ContactEstimate
 from controller.recognition.images.frames import Frame
-from controller.recognition.pipeline import Pipeline
+from controller.recognition.pipeline import Pipeline, Step
 from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
 from controller.shared.protocol.messages import (
     Bye,
     Command,
     Contacts,
+    ContactState,
     Grant,
     Granted,
     GroundTruth,
@@ -65,6 +67,31 @@ def test_a_touch_gives_one_command_and_is_held_until_it_is_lifted() -> None:
     assert (command.name, command.label, command.touch) == ("left", "press", (0.0, 3.0))
     assert (pressed, released) == (State(("left",)), State(()))
     assert bench.sensors[0].touches[0][0] == pytest.approx(3.0)  # at the time it was asked for
+
+
+class Measuring(Pipeline):
+    """A pipeline that estimates the same contact wherever something deviates."""
+
+    def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
+        step = super().step(frame, t_s, number)
+        contact = ContactEstimate(0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98, 0.0, 0.0)
+        touched = step.ready and not step.quiet
+        return dataclasses.replace(step, contact=contact if touched else None)
+
+
+def test_a_contact_is_sent_first_in_each_of_its_frames_and_once_when_it_has_ended() -> None:
+    bench = Bench((3.0, FINGER), (3.3, Contacts(())), pipeline=Measuring).run(5.0)
+    contact = ContactState(30, 0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98)
+    sent = [(m, t) for m, t in bench.world.sent if isinstance(m, ContactState)]
+    assert sent == [
+        (contact, 3000),
+        (dataclasses.replace(contact, frame=31), 3100),
+        (dataclasses.replace(contact, frame=32), 3200),
+        (ContactState(32), 3300),  # no fingers
+    ]
+    of_frame_30 = [type(m) for m, t in bench.world.sent if t == 3000]
+    assert of_frame_30[0] is ContactState
+    assert of_frame_30[-1] is Telemetry
 
 
 def test_a_host_that_comes_back_is_not_told_that_the_old_command_is_held() -> None:

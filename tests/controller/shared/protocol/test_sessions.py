@@ -24,6 +24,7 @@ from controller.shared.protocol.messages import (
     Bye,
     Command,
     Contacts,
+    ContactState,
     Grant,
     Granted,
     Heartbeat,
@@ -317,6 +318,79 @@ def test_what_exceeds_a_full_backlog_is_dropped_and_counted(granted: bool, most:
     session.send(FRAME, 0, 0)
     session.send(FRAME, 0, 0)
     assert session.dropped == 2
+
+
+FINGER = ContactState(7, 2.0, 1.5, 0.0625, 6.0, 0.5, 1, 0.875)
+
+
+def contacts_said(session: DeviceSession) -> list[Message | None]:
+    return [p.message for p in said(session) if not isinstance(p.message, Offer | Welcome | State)]
+
+
+def test_a_contact_is_sent_at_once_when_nothing_is_before_it() -> None:
+    session = greeted()
+    said(session)
+    session.send(FINGER, 700, 750)
+    assert contacts_said(session) == [dataclasses.replace(FINGER, sent_ms=750)]
+
+
+def test_only_the_newest_contact_waits_for_a_slow_host() -> None:
+    session = greeted()
+    said(session)
+    session.send(FRAME, 0, 0)  # the host reads nothing
+    for frame in (8, 9, 10):
+        session.send(dataclasses.replace(FINGER, frame=frame), 0, 0)
+    assert contacts_said(session) == [FRAME]
+    session.tick(50)
+    assert contacts_said(session) == [dataclasses.replace(FINGER, frame=10)]
+
+
+def test_no_contact_waits_behind_a_command_or_its_own_end() -> None:
+    end = ContactState(8)
+    for newer in (DROP, end):
+        session = greeted()
+        said(session)
+        session.send(FRAME, 0, 0)
+        session.send(FINGER, 0, 0)
+        session.send(newer, 0, 0)
+        frame, after = contacts_said(session)
+        assert (frame, isinstance(after, NumberedCommand | ContactState)) == (FRAME, True)
+        session.tick(50)
+        assert FINGER.frame not in [getattr(one, "frame", 0) for one in contacts_said(session)]
+
+
+def test_in_granted_time_every_contact_is_sent() -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=True))
+    sent: list[Message] = [FRAME, FINGER, dataclasses.replace(FINGER, frame=8), ContactState(8)]
+    for message in sent:
+        session.send(message, 0, 0)
+    assert contacts_said(session) == sent
+
+
+def test_a_loop_that_hangs_ends_its_contact(pair: Pair) -> None:
+    pair.device.send(FINGER, pair.now_ms, pair.now_ms)
+    pair.exchange()
+    pair.now_ms += 290
+    pair.device.tick(pair.now_ms, loop_ms=pair.now_ms - 300)
+    assert pair.exchange() == [Delivered(ContactState(7), pair.now_ms)]
+
+
+def test_a_host_ends_a_contact_of_which_nothing_more_comes(pair: Pair) -> None:
+    pair.device.send(FINGER, 5000, pair.now_ms)
+    (begun,) = pair.exchange()
+    assert isinstance(begun, Delivered)
+    assert begun.message == dataclasses.replace(FINGER, sent_ms=pair.now_ms)
+    assert pair.let(290) == []  # heartbeats only: the end was lost
+    assert pair.let(10) == [Delivered(ContactState(7), 5000)]
+    pair.device.send(ContactState(7), 5400, pair.now_ms)
+    assert pair.exchange() == []  # it has ended already
+
+
+def test_a_contact_that_comes_late_is_not_delivered(pair: Pair) -> None:
+    pair.device.send(FINGER, pair.now_ms, pair.now_ms)
+    pair.now_ms += 251
+    assert pair.exchange() == []
 
 
 def test_without_a_host_messages_are_dropped_and_counted_and_commands_wait() -> None:
