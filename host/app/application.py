@@ -11,6 +11,7 @@ import pygame
 
 from controller.shared.protocol.messages import Command, Message, Report, State, UploadStatus
 from host.actions import ACTIONS, HeldGestures
+from host.app.aiming import Aiming
 from host.app.correction_keys import CorrectionKeys
 from host.app.guides import Guides
 from host.app.lab_data import LabData
@@ -83,6 +84,7 @@ class OrbApp(Orb):
         self.stage.watch = self._happened
         self._correcting = CorrectionKeys(self.send)
         self._gestures = HeldGestures(self.stage.settings)
+        self.aiming = Aiming(self.stage)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
         self._pause: Screen | None = None  # the menu of a pause that the link made
         self._long_s = math.inf  # when a held pinch leaves the page
@@ -176,17 +178,19 @@ class OrbApp(Orb):
                 self.lessons.connected()
                 self.lab.connected(welcome)
                 self._gestures = HeldGestures(self.stage.settings, welcome.rate_hz)
+                self.aiming.connected(welcome)
                 self._go_on(now_s)
             case Stale() | Lost() | Refused():
                 self._gestures.hold((), now_s)
+                self.aiming.lost()
                 self._wait("orb.silent" if isinstance(item, Stale) else "orb.lost")
                 if isinstance(self.stage.screen, OrbScreen):
                     self.stage.screen.link_lost()
-            case Delivered(message=message):
+            case Delivered(message=message, t_ms=t_ms):
                 self._go_on(now_s)
                 self.lessons.take(message)
                 self.lab.take(message, now_s)
-                self._play(message, now_s)
+                self._play(message, t_ms / 1000, now_s)
                 self._report(message, now_s)
 
     def _wait(self, reason: str) -> None:
@@ -203,17 +207,21 @@ class OrbApp(Orb):
         if pause is not None and self.stage.screen is pause:
             pause.nav(MenuStep.BACK, now_s)
 
-    def _play(self, message: Message, now_s: float) -> None:
-        """Let commands, and gestures that are held, act in the game or on the page."""
+    def _play(self, message: Message, t_s: float, now_s: float) -> None:
+        """Let contacts, commands and gestures that are held act in the game or on the page."""
         if self.programs.on and self._behind:
             return
         screen = self.stage.screen
-        if isinstance(message, Command) and now_s >= self._deaf_until_s:
+        deaf = isinstance(message, Command) and now_s < self._deaf_until_s
+        if deaf or self.aiming.take(message, t_s, screen, now_s):
+            return
+        if isinstance(message, Command):
             self._taken = isinstance(screen, OrbScreen) and screen.recognised(message, now_s)
             if not self._taken and (action := ACTIONS.get(message.name)):
                 self.game.act(action)
         elif isinstance(message, State):
-            self._gestures.hold(message.pressed, now_s)
+            steered = self.aiming.plays(screen)
+            self._gestures.hold(() if steered else message.pressed, now_s)
             leaves = "drop" in message.pressed and (self._taken or isinstance(screen, PlayScreen))
             self._long_s = now_s + _LONG_S if leaves else math.inf
 
@@ -278,8 +286,11 @@ class OrbApp(Orb):
         self.orb.note = self.note or self._correcting.told(self._now_s, look.words)
         self.orb.hint, self.orb.ghost = self._hint(), self.ghost
         self.orb.badge = "" if not self.programs.on else _ARMED[self.programs.armed]
-        playing = isinstance(self.stage.screen, PlayScreen)
-        self.orb.zones = self.zones or (playing and self.orb.pointer is not None)
+        screen = self.stage.screen
+        playing = screen if isinstance(screen, PlayScreen) else None
+        game = playing.session.game if playing and playing.by_hand else None
+        self.orb.columns = self.aiming.columns(game)
+        self.orb.zones = self.zones or (playing is not None and self.orb.pointer is not None)
         scale = settings.scale / 100
         gestures = len(self.orb.labels[1:])
         self.panel.place(self.dock.panel, self.touch.pad, gestures=gestures, scale=scale)
@@ -297,11 +308,12 @@ class OrbApp(Orb):
         words = self.stage.look.words
         if self.programs.on:
             return words(f"programs.{_ARMED[self.programs.armed]}")
-        if not self.virtual:
-            return ""
-        if self.touch.two_fingers:
+        if self.virtual and self.touch.two_fingers:
             return words("orb.two_fingers")
-        return "" if self.orb.last else words("orb.first_touch")
+        playing, last = isinstance(self.stage.screen, PlayScreen), self.orb.last
+        if playing and (hint := self.aiming.hint(last, mouse=self.virtual)):
+            return words(hint)
+        return words("orb.first_touch") if self.virtual and not last else ""
 
     def close(self) -> None:
         """Let go of the devices."""

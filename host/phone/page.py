@@ -77,7 +77,7 @@ def view(orb: OrbState, words: Words, pad: DomeArea, now_s: float) -> dict[str, 
         "status": words(status),
         "last": _last(orb, words, now_s),
         "commanded_s": orb.last_s,  # it vibrates at a new one
-        "zones": _zones(rules, pad) if rules else "",
+        "zones": _zones(rules, orb.columns and zones.Columns(orb.columns.count), pad),
     }
 
 
@@ -90,8 +90,14 @@ def _last(orb: OrbState, words: Words, now_s: float) -> str:
 
 
 @lru_cache(maxsize=4)
-def _zones(rules: zones.Rules, pad: DomeArea) -> str:
+def _zones(rules: zones.Rules, columns: zones.Columns | None, pad: DomeArea) -> str:
     """Return the address of a picture of the zones that contains it, over the dome's square."""
+    if not (rules or columns):
+        return ""
     file = io.BytesIO()
-    pygame.image.save(zones.picture(rules, pad, _ZONES_PX, None), file, "zones.png")
+    if columns:
+        picture = zones.columns_picture(columns, pad, _ZONES_PX)
+    else:
+        picture = zones.picture(rules, pad, _ZONES_PX, None)
+    pygame.image.save(picture, file, "zones.png")
     return f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}"

@@ -146,6 +146,10 @@ class Target(ABC):
                 pinch = event.button == _RIGHT_BUTTON
                 if self.touch.press(*projection.to_grid(*event.pos), now_s, pinch=pinch):
                     self._button = event.button
+                else:
+                    self.touch.deepen(now_s)
+            case pygame.MOUSEWHEEL:
+                self.touch.deepen(now_s)
             case pygame.MOUSEMOTION:
                 self.touch.move(*projection.to_grid(*event.pos))
             case pygame.MOUSEBUTTONUP if event.button == self._button:

@@ -28,6 +28,7 @@ from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.pointer_input import DomeArea
 from host.ui.unanswered import Reason, UnansweredTouches
+from host.ui.zones import Columns
 from tetris.engine.events import Event, LevelUp, Locked
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
@@ -88,6 +89,7 @@ class OrbState:
     contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
     ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
     zones: bool = False  # whether the dome shows which command a press gives where
+    columns: Columns | None = None  # the same, while the game is played by Aim
     pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
     gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
     note: str = ""  # a sentence below the dome, before all others
@@ -235,8 +237,9 @@ class OrbState:
         return reason if now_s - at_s < REASON_S else None
 
     def latest(self, now_s: float) -> Command | None:
-        """Return the last command while it is news."""
-        return self.last if now_s - self.last_s < LATEST_S else None
+        """Return the last command while it is news; in Aim a press gives none."""
+        last = self.last if now_s - self.last_s < LATEST_S else None
+        return None if last and last.touch and self.columns else last
 
     def lively(self, now_s: float) -> bool:
         """Return whether the picture moves: touched, shown a gesture, or still fading."""

@@ -3,7 +3,8 @@
 Everything is in grid units, x to the right and y up, as the player sees the dome.
 A mouse has three ways to touch:
 
-- **press**: the left button holds one finger where the pointer is, and drags it along;
+- **press**: the left button holds one finger where the pointer is, and drags it along; the wheel,
+  or the right button meanwhile, presses it deeper for a moment;
 - **pinch**: the right button, or the left one in two-finger mode, anywhere, holds two opposing
   fingers about the dome's middle, as a hand does, that close in, to the end even if it is only
   clicked;
@@ -28,6 +29,8 @@ PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm
 RIM_DEPTH_MM: Final = 13.0  # firm, as one press in twenty of those: the taxels feel it little
 RIM_LEAST_S: Final = 0.12  # a shorter click there is as long
 RIM_SHARES: Final = (0.53, 0.79)  # of the dome's radius, between which a press gets firmer
+DEEPER_MM, DEEPER_S = 5.0, 0.35  # a deeper press: by how much, and how long with the way back
+DEEPEN_S: Final = 0.08  # and the way there
 FINGER_RADIUS_MM: Final = 7.0  # half an index finger's width
 PINCH_DEPTH_MM: Final = 7.0  # gripping fingers sink in less than a pressing one
 PINCH_OPEN_MM: Final = 17.0  # half the distance of the fingers when they come down
@@ -137,6 +140,7 @@ class PointerInput:
     _up: bool = False  # the button is up
     _down_s: float = 0.0  # when the fingers came down; infinite: they wait
     _until_s: float = math.inf  # when they are lifted
+    _deeper_s: float = -math.inf  # since when the finger is pressed deeper
     _rim: bool = False  # the pointer has not left the rim since the press
     _angle: float = 0.0
     _round: float = 0.0  # how far the pointer has gone round, radians
@@ -151,7 +155,7 @@ class PointerInput:
         if (self.mode is not None and not self._up) or not self.pad.on_dome(x, y):
             return False
         self.mode = Mode.PINCH if pinch or self.two_fingers else Mode.PRESS
-        self._key_used, self._up = True, False
+        self._key_used, self._up, self._deeper_s = True, False, -math.inf
         self._began = self._pointer = x, y
         self._angle, self._round = self._angle_of(x, y), 0.0
         self._rim = self.mode is Mode.PRESS and self.pad.on_rim(x, y)
@@ -176,6 +180,11 @@ class PointerInput:
     def release(self) -> None:
         """Lift what the mouse holds down, as soon as it has been down for long enough."""
         self._up = True
+
+    def deepen(self, now_s: float) -> None:
+        """Press the mouse's finger deeper, for a moment."""
+        if now_s >= self._deeper_s + DEEPER_S:
+            self._deeper_s = now_s
 
     def hold_two(self, down: bool) -> None:
         """Take the two-finger key: a tap switches the mode, a hold lends it for one touch."""
@@ -210,7 +219,7 @@ class PointerInput:
         mouse: list[Contact] = []
         if self.mode is Mode.PRESS and now_s >= self._down_s:
             place = self._finger(now_s)
-            mouse = [self._contact(0, *place, self.pad.press_mm(*place))]
+            mouse = [self._contact(0, *place, self.pad.press_mm(*place) + self._deeper_mm(now_s))]
         elif self.mode is Mode.PINCH:
             mouse = self._pinch(now_s - self._since_s)
         elif self.mode is Mode.TWIST:
@@ -243,6 +252,7 @@ class PointerInput:
             if self.mode is Mode.PRESS:
                 least_s = RIM_LEAST_S if self._down_s > self._since_s else 0.0
                 self._until_s = self._down_s + max(now_s - self._since_s, least_s)
+                self._until_s = max(self._until_s, self._deeper_s + DEEPER_S)
             elif self.mode is Mode.PINCH:
                 self._until_s = max(now_s, self._since_s + PINCH_LEAST_S)
         if now_s >= self._until_s - _EPSILON_S:
@@ -255,6 +265,11 @@ class PointerInput:
         (x, y), (to_x, to_y) = self._began, self._pointer
         share = _eased((now_s - self._down_s) / FOLLOW_S)
         return x + share * (to_x - x), y + share * (to_y - y)
+
+    def _deeper_mm(self, now_s: float) -> float:
+        """Return how much deeper than a press the finger is."""
+        passed_s = max(0.0, now_s - self._deeper_s)
+        return DEEPER_MM * _eased(min(passed_s, DEEPER_S - passed_s) / DEEPEN_S)
 
     def _pinch(self, held_s: float) -> list[Contact]:
         closed = _eased(held_s / PINCH_CLOSE_S)

@@ -1,6 +1,7 @@
-"""Zones of the dome: which command a located gesture gives where, and their picture."""
+"""Zones of the dome: which command a located gesture gives where; columns of Aim; pictures."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
 
@@ -21,6 +22,15 @@ _ICON: Final = 0.24  # size of an icon, as a share of the dome's radius
 _LINE, _LIT, _PLATE = 90, 66, 120  # opacity of the lines, of the lit zone, behind an icon
 _WHITE: Final = (255, 255, 255)
 _SHADE: Final = (40, 10, 8)
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Columns of a board over the taxels, and those that the piece in play is in."""
+
+    count: int
+    left: int = 0
+    width: int = 0
 
 
 def rules_in_use(gestures: Iterable[GestureInfo]) -> Rules:
@@ -65,6 +75,33 @@ def picture(rules: Rules, pad: DomeArea, radius_px: int, lit: int | None) -> pyg
     for number, rule in enumerate(rules):
         if rule.command not in NONE and (place := _middle(numbers == number, away)):
             _draw_icon(surface, rule.command, place, radius_px, number == lit)
+    return surface
+
+
+@lru_cache(maxsize=32)
+def columns_picture(columns: Columns, pad: DomeArea, radius_px: int) -> pygame.Surface:
+    """Return the columns, and the place that holds, over the square round the dome."""
+    side, scale = 2 * radius_px, radius_px / pad.radius
+    surface = pygame.Surface((side, side), pygame.SRCALPHA, 32)
+    wide, thin = (pad.columns - 1) * scale, max(1, radius_px // 90)
+    left, top = (side - wide) / 2, radius_px - (pad.rows - 1) * scale / 2
+    high = (pad.rows - 1) * scale
+    step = wide / columns.count
+    if columns.width:
+        lit = pygame.Rect(round(left + columns.left * step), round(top), 0, round(high))
+        lit.width = round(columns.width * step)
+        surface.fill((*_WHITE, _LIT), lit)
+    for number in range(columns.count + 1):
+        line = pygame.Rect(round(left + number * step), round(top), thin, round(high))
+        surface.fill((*_WHITE, _LINE), line)
+    surface.fill((*_WHITE, _LINE), (round(left), round(top), round(wide), thin))
+    _draw_icon(
+        surface,
+        "hold",
+        (radius_px, round((top + (1 - _REACH) * radius_px) / 2)),
+        round(0.7 * radius_px),
+        False,
+    )
     return surface
 
 

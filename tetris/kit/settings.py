@@ -29,6 +29,7 @@ class Settings:
 
     mode: str = "marathon"  # played last, like the next
     orb_mode: str = "orb"  # the same, where an orb plays
+    control: str = "aim"  # how an orb plays: `CHOICES`
     level: int = 1
     das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"
     arr_ms: int = 33  # between repeats; 0 goes to the wall at once
@@ -82,6 +83,7 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
 
 CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
+        "control": ("aim", "buttons"),  # by the touched column; by commands
         "initial": ("off", "tap", "hold"),  # those pressed while no piece is in play; all held
         "theme": tuple(PALETTES),
         "language": ("", *language.names()),
@@ -89,7 +91,7 @@ CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 )
 
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
-    "play": ("mode", "orb_mode", "level", "introduced"),
+    "play": ("mode", "orb_mode", "control", "level", "introduced"),
     "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms"),
     "screen": ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen", "language"),
     "sound": ("effects", "clicks", "tones"),

@@ -27,6 +27,7 @@ _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
 _LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
 _SEED: Final = 7
+_STAYS: Final = 0.7  # of an item's height from its middle, to which a pointing finger keeps it
 _FIRST_S: Final = 0.35  # a held direction repeats after this, and then every
 _NEXT_S: Final = 0.09
 
@@ -134,6 +135,15 @@ class MenuScreen(Screen):
             sound = "menu_take" if nav is MenuStep.CONFIRM else "menu_move"
             self._stage.sounds.play(sound, "clicks")
         self.rebuild()
+
+    def point(self, share: float) -> None:
+        """Choose the item at a share of the way from the first to the last."""
+        last = len(self._menu.items) - 1
+        place = min(max(share, 0.0), 1.0) * last
+        if abs(place - self.selected) > _STAYS:  # it does not flicker at the edge of two
+            self.selected = round(place)
+            self._stage.sounds.play("menu_move", "clicks")
+            self.rebuild()
 
     def rebuild(self) -> None:
         """Show the menu as things are now."""

@@ -49,6 +49,7 @@ def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
         count = stage.pads.count
         pads = stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)
         items = (
+            *((_item(stage, "control"),) if stage.mode_setting == "orb_mode" else ()),
             show("settings.handling", SECTIONS["handling"]),
             bind("keys"),
             bind("pads", pads),

@@ -112,4 +112,6 @@ class GestureRows:
     def _commands(self, label: str) -> list[str]:
         info = self._view.gestures.get(label)
         rules = info.rules if info else ()
+        if self._view.columns and len(rules) > 1:
+            return []  # in Aim its place is the column
         return list(dict.fromkeys(one.command for one in rules if one.command not in NONE))

@@ -110,7 +110,7 @@ class Panel:
         key: tuple[Any, ...] = (
             *(look.palette, look.words.name, self._heats, caption, colour),
             *(rows.fresh(now_s), rows.bars(), view.contacts, view.ghost),
-            *(self._lit(view), self._mark(view, now_s), pulse, view.ready),
+            *(self._lit(view), view.columns, self._mark(view, now_s), pulse, view.ready),
             *(view.link, view.reason, view.welcome, view.shape, view.badge),
             *(view.user, round(view.sure, 2), tuple(view.gestures.values())),
         )
@@ -219,7 +219,10 @@ class Panel:
             self._blit(light, center=place.centre)
         assert self._heat
         self._blit(self._heat, center=place.centre)
-        if shown := self._lit(view):
+        if view.columns:
+            marks = zones.columns_picture(view.columns, place.pad, self.layout.radius)
+            self._blit(marks, center=place.centre)
+        elif shown := self._lit(view):
             rules, lit = shown
             self._blit(
                 zones.picture(rules, place.pad, self.layout.radius, lit), center=place.centre

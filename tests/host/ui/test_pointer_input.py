@@ -32,6 +32,19 @@ def test_left_button_holds_one_finger_where_the_pointer_is() -> None:
     assert touch.contacts(0.2) == ()
 
 
+def test_a_finger_is_pressed_deeper_for_a_moment_and_not_lifted_in_it() -> None:
+    touch = PointerInput()
+    touch.press(2.0, 2.0, now_s=0.0)
+    touch.deepen(1.0)
+    touch.release()
+    depths = [contact.depth_mm for at_s in (1.0, 1.2, 1.4) for contact in touch.contacts(at_s)]
+    usual = pointer_input.PRESS_DEPTH_MM
+    assert depths == [usual, usual + pointer_input.DEEPER_MM]
+    touch.deepen(2.0)
+    touch.press(2.0, 2.0, now_s=2.1)
+    assert touch.contacts(2.1)[0].depth_mm == usual
+
+
 def test_what_comes_down_beside_the_dome_touches_nothing() -> None:
     touch = PointerInput()
     assert not touch.press(2.0, 6.0, now_s=0.0)

@@ -1,0 +1,108 @@
+"""Aim in the window: contacts and gestures of the orb to actions of the game that is played."""
+
+from typing import Final, TypeGuard
+
+from controller.shared.protocol.messages import Command, ContactState, Message, Welcome
+from host.actions import ACTIONS
+from host.aim import Aim, Touch
+from host.ui.zones import Columns
+from tetris.engine.game import Action, Game
+from tetris.kit.stage import Screen, Stage
+from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import PlayScreen
+
+_SURE: Final = 0.6  # probability from which several fingers are no single one
+_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
+
+
+class Aiming:
+    """Plays by Aim where the player wants it and the orb gives contacts.
+
+    Attributes:
+        given: Whether the connected orb has given a contact.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        """Follow the setting of a stage."""
+        self._stage = stage
+        self._aim, self.given = Aim(), False
+        self._rows = 4  # of the dome, less one
+        self._steered = False  # whether the touch has moved the piece
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the player has chosen it."""
+        return self._stage.settings.control == "aim"
+
+    @property
+    def on(self) -> bool:
+        """Whether touches steer."""
+        return self.wanted and self.given
+
+    def connected(self, welcome: Welcome) -> None:
+        """Begin with an orb."""
+        self._aim, self.given = Aim(welcome.rows, welcome.columns), False
+        self._rows = max(1, welcome.rows - 1)
+
+    def lost(self) -> None:
+        """Lift what touches: the link is silent."""
+        self._aim = self._aim.again()
+
+    def plays(self, screen: Screen | None) -> TypeGuard[PlayScreen]:
+        """Whether touches steer a game on this screen."""
+        return self.on and isinstance(screen, PlayScreen) and screen.by_hand
+
+    def take(self, message: Message, t_s: float, screen: Screen | None, now_s: float) -> bool:
+        """Take a contact or a command, at the orb's time; return whether it is for Aim alone."""
+        contact = message if isinstance(message, ContactState) else None
+        self.given |= contact is not None
+        if self.plays(screen) and (contact or isinstance(message, Command)):
+            self._steer(message, t_s, screen, now_s)
+            return True
+        if contact:
+            self.lost()  # of a touch that began in a game, the end may not be seen there
+        if type(screen) is not MenuScreen or not self.on:
+            return contact is not None
+        if contact and contact.fingers == 1:
+            screen.point(1 - contact.y / self._rows)
+        return contact is not None or (isinstance(message, Command) and message.touch is not None)
+
+    def _steer(self, message: Message, t_s: float, screen: PlayScreen, now_s: float) -> None:
+        """Act in the game before the next message comes; all steps of a touch are one command."""
+        actions: list[Action] = []
+        if isinstance(message, ContactState):
+            touch = _touch(message)
+            self._steered = self._steered and touch is not None
+            actions = self._aim.touch(touch, t_s, screen.session.game)
+        elif isinstance(message, Command) and (action := ACTIONS.get(message.name)):
+            located = message.touch is not None
+            actions = self._aim.command(action, located, t_s, screen.session.game)
+        for action in actions:
+            if action in _SHIFTS and self._steered:
+                screen.hold((), [action], now_s)
+            else:
+                screen.act(action, now_s)
+            self._steered |= action in _SHIFTS
+        if actions:
+            screen.tick(now_s)
+
+    def columns(self, game: Game | None) -> Columns | None:
+        """Return what the dome shows of it in a game; None while it is off."""
+        if game is None or not self.on:
+            return None
+        lit = sorted({x for x, _ in game.piece.cells}) if game.in_play else []
+        return Columns(game.config.columns, *((lit[0], len(lit)) if lit else (0, 0)))
+
+    def hint(self, last: Command | None, *, mouse: bool) -> str:
+        """Return the key of what to do, or of what is missing once there was a command; or ""."""
+        if self.on:
+            return "aim.mouse" if mouse else "aim.touch"
+        return "aim.lacks" if self.wanted and last is not None else ""
+
+
+def _touch(contact: ContactState) -> Touch | None:
+    if not contact.fingers:
+        return None
+    fingers = contact.fingers if contact.fingers_sure >= _SURE else 1
+    depth = contact.depth_mm, fingers, contact.place_sigma, contact.depth_sigma
+    return Touch(contact.x, contact.y, *depth)

@@ -1,0 +1,135 @@
+"""A game played by Aim in the application."""
+
+from pathlib import Path
+
+import pygame
+import pytest
+
+from controller.shared.protocol.messages import Command, ContactState
+from host.connection.receiver import Delivered, Lost
+from tests.support.app_window import FELT, READY_S, Window, playing, said
+from tetris.engine.game import Phase
+from tetris.kit.settings import Settings, save
+from tetris.window.menu_screen import MenuScreen
+
+FRAME_S = 0.025
+
+
+def press_command(name: str) -> Delivered:
+    return Delivered(Command(name, "press", 0.99, (0.5, 2.7), 1), 0)
+
+
+class Finger:
+    """A finger on the orb of a window, seen 40 times a second."""
+
+    def __init__(self, window: Window) -> None:
+        self.window, self._ms = window, 0
+
+    def hold(self, seconds: float, x: float, depth_mm: float, y: float = 2.0) -> None:
+        for _ in range(round(seconds / FRAME_S)):
+            self.see(ContactState(1, x, y, 0.02, depth_mm, 0.3, 1, 0.99))
+            self.window.pass_s(FRAME_S)
+
+    def see(self, *contacts: ContactState) -> None:
+        """Let contacts come at once, each 25 ms after the one before."""
+        items = []
+        for contact in contacts:
+            self._ms += 25
+            items.append(Delivered(contact, self._ms))
+        self.window.pass_s(0.0, *items)
+
+    def lift(self) -> None:
+        self.see(ContactState(1))
+
+
+def columns(window: Window) -> list[int]:
+    return sorted({x for x, _ in window.game.piece.cells})
+
+
+def test_a_touched_column_a_deeper_press_and_the_upper_edge() -> None:
+    window = playing()
+    finger = Finger(window)
+    finger.hold(0.4, 0.0, 8.0)
+    assert columns(window)[0] == 0
+    finger.hold(0.2, 0.0, 13.0)
+    finger.lift()
+    assert window.game.pieces_placed == 1
+    assert window.game.board.rows[0][0] != "."
+    finger.hold(0.4, 2.0, 8.0, y=4.3)
+    finger.lift()
+    assert window.game.hold is not None
+
+
+def test_contacts_that_come_together_move_the_piece_once() -> None:
+    window = playing()
+    finger = Finger(window)
+    finger.see(*[ContactState(1, 2.0, 2.0, 0.02, 8.0, 0.3, 1, 0.99)] * 5)
+    one = columns(window)
+    finger.hold(0.1, 2.0, 8.0)
+    assert columns(window) == one
+
+
+def test_all_steps_of_a_touch_are_one_command() -> None:
+    window = playing()
+    screen = window.app.stage.screen
+    Finger(window).hold(0.4, 0.0, 8.0)
+    assert window.app.game.game is not None
+    assert screen.session.statistics.commands == 1  # type: ignore[union-attr]
+
+
+def test_a_press_gives_no_command_where_the_orb_gives_contacts() -> None:
+    window = playing()
+    x = window.game.piece.x
+    window.pass_s(0.1, press_command("left"))
+    assert window.game.piece.x == x - 1  # this orb has given none: its buttons play
+    assert window.app.orb.hint == window.app.words("aim.lacks")
+    finger = Finger(window)
+    finger.hold(0.1, 2.0, 8.0)
+    finger.lift()
+    window.pass_s(0.1, press_command("left"))
+    assert window.app.orb.hint == window.app.words("aim.mouse")
+    aimed = columns(window)
+    window.pass_s(0.1, press_command("left"))
+    assert columns(window) == aimed
+    window.pass_s(1.0, said("drop"))
+    assert window.game.pieces_placed == 1
+
+
+def test_the_player_may_choose_buttons_and_the_choice_is_kept(tmp_path: Path) -> None:
+    save(tmp_path / "tetris.toml", Settings(control="buttons", mode="zen", orb_mode="zen",
+                                            introduced=True))  # fmt: skip
+    window = Window(config=tmp_path)
+    window.key(pygame.K_RETURN)
+    window.pass_s(READY_S, FELT)
+    x = window.game.piece.x
+    Finger(window).hold(0.4, 0.0, 8.0)
+    assert window.game.piece.x == x
+    window.pass_s(0.1, press_command("left"))
+    assert window.game.piece.x == x - 1
+
+
+@pytest.mark.parametrize("lost", [True, False])
+def test_a_finger_that_was_there_when_the_link_went_does_not_drop(lost: bool) -> None:
+    window = playing()
+    finger = Finger(window)
+    finger.hold(0.4, 1.0, 8.0)
+    if lost:
+        window.pass_s(0.1, Lost("gone"))
+    finger.hold(0.2, 1.0, 13.0)
+    assert window.phase() is (Phase.PAUSED if lost else Phase.RUNNING)
+    assert window.game.pieces_placed == (0 if lost else 1)
+
+
+def test_in_a_menu_a_touch_chooses_the_item_that_lies_there() -> None:
+    window = Window()
+    window.pass_s(0.1, FELT)
+    menu = window.app.stage.screen
+    assert isinstance(menu, MenuScreen)
+    finger = Finger(window)
+    for y, item in ((4.0, 0), (-0.3, len(menu.menu.items) - 1), (2.0, len(menu.menu.items) // 2)):
+        finger.hold(0.1, 2.0, 8.0, y)
+        assert abs(menu.selected - item) <= 1
+    finger.lift()
+    chosen, values = menu.selected, [item.value for item in menu.menu.items]
+    window.pass_s(0.1, press_command("left"))
+    assert (menu.selected, [item.value for item in menu.menu.items]) == (chosen, values)
