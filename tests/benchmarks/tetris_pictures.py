@@ -90,7 +90,7 @@ def take_all(target: Path) -> None:
         visit.app.stage.change(Settings(theme=theme, patterns=theme == "safe", language="en"))
         visit.wait(27.15)
         visit.take(f"theme-{theme}")
-    for mode, seconds in zip(MODES, (19.0, 30.2, 21.0, 16.4, 22.7, 13.1, 3.7, 17.3), strict=True):
+    for mode, seconds in zip(MODES, (19.0, 30.2, 21.0, 16.4, 22.7, 13.1, 3.7, 17.3)):  # noqa: B905
         visit = Photographer(target, start=Start(mode=mode, seed=5, level=4, bot="beam"))
         visit.wait(seconds)
         visit.take(f"mode-{mode}")

@@ -5,7 +5,7 @@ from typing import TypeVar
 from hypothesis import strategies as st
 
 from tetris.engine.board import Board
-from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input
+from tetris.engine.game import Action, Config, Event, Game, Gravity, GravityCap, Input
 from tetris.engine.moves import TABLES
 from tetris.engine.pieces import Kicks, Piece
 
@@ -37,7 +37,11 @@ def of(events: list[Event], kind: type[EventT]) -> list[EventT]:
     return [event for event in events if isinstance(event, kind)]
 
 
-given_inputs = st.one_of(st.sampled_from(Action), st.builds(GravityCap, st.integers(1, 20)))
+given_inputs = st.one_of(
+    st.sampled_from(Action),
+    st.builds(GravityCap, st.integers(1, 20)),
+    st.builds(Gravity, st.integers(1, 9_999_999)),
+)
 Step = tuple[int, list[Input], bool, list[Action]]
 scripts: st.SearchStrategy[list[Step]] = st.lists(
     st.tuples(

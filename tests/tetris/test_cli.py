@@ -74,7 +74,7 @@ def test_wrong_usage_is_answered_in_a_sentence(argv: list[str], says: str, capsy
 
 def test_a_mode_with_levels_begins_at_the_level(capsys: Capture) -> None:
     bot = ["--headless", "--bot", "dellacherie", "--pieces", "1", "--json", "--level", "5"]
-    for mode in ([], ["--mode", "marathon"], ["--mode", "orb"]):
+    for mode in ([], ["--mode", "marathon"], ["--mode", "endless"]):
         assert main([*bot, *mode]) == 0
         assert json.loads(capsys.readouterr().out)["level"] == 5
 

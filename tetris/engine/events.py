@@ -5,7 +5,7 @@ from enum import Enum
 from typing import TypeVar, dataclass_transform
 
 from tetris.engine.pieces import Kind, Piece
-from tetris.engine.rules import LAST_GRAVITY_LEVEL
+from tetris.engine.rules import LAST_GRAVITY_LEVEL, LONGEST_ROW_US
 from tetris.engine.scoring import Clear
 
 
@@ -37,7 +37,21 @@ class GravityCap:
             raise ValueError(f"gravity cap {self.level} must be from 1 to {LAST_GRAVITY_LEVEL}")
 
 
-Input = Action | GravityCap  # of `Game.update`
+@dataclass(frozen=True, slots=True)
+class Gravity:
+    """From now on a row takes so long, whatever the level, until the game is restarted.
+
+    A piece on the ground locks after `LOCK_ROWS` such rows if that is before the lock delay.
+    """
+
+    row_us: int  # microseconds, 1 to 9,999,999
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.row_us <= LONGEST_ROW_US:
+            raise ValueError(f"a row in {self.row_us} us must take from 1 to {LONGEST_ROW_US} us")
+
+
+Input = Action | GravityCap | Gravity  # of `Game.update`
 
 
 class TopOut(Enum):

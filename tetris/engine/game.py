@@ -13,10 +13,10 @@ from typing import Final
 from tetris.engine import events as happened
 from tetris.engine import moves, scoring
 from tetris.engine.board import GARBAGE, Board
-from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
+from tetris.engine.events import Action, Event, Finish, Gravity, GravityCap, Input, TopOut
 from tetris.engine.moves import Spin
 from tetris.engine.pieces import KINDS, Kind, Piece
-from tetris.engine.rules import Config, Phase, Randomizer, seconds_per_row
+from tetris.engine.rules import LOCK_ROWS, Config, Phase, Randomizer, seconds_per_row
 from tetris.engine.snapshot import CLOCK, NS, POSITION, Snapshot
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Event",
     "Finish",
     "Game",
+    "Gravity",
     "GravityCap",
     "Input",
     "Phase",
@@ -53,6 +54,7 @@ class Game:
     level: int
     pieces_placed: int
     streak: scoring.Streak
+    row_us: int | None  # of the last `Gravity`; None while gravity is that of the level
 
     def __init__(self, seed: int, config: Config | None = None) -> None:
         config = config or Config()
@@ -81,7 +83,7 @@ class Game:
         self._ground_ns: int | None = None  # when it touched ground after its last fall
         self._kick: int | None = None  # of the turn that was the piece's last movement
         self._gravity_ns = self._soft_ns = self._next_ns = self._due_ns = _NEVER
-        self._delay_ns = round(config.lock_delay_s * NS) if config.gravity else _NEVER
+        self._delay_ns = _NEVER
         self._guard_span_ns = round(config.guard_s * NS)
         self._generation_ns = round(config.generation_delay_s * NS)
         limit_s = config.time_limit_s
@@ -171,6 +173,7 @@ class Game:
             tuple(getattr(self, name) for name in POSITION),
             (self._dealer.drawn, tuple(self._queue)),
             (self.board.bits, self.board.planes),
+            self.row_us,
             self._past,
         )
 
@@ -184,6 +187,7 @@ class Game:
             raise ValueError("the snapshot is of a game with another seed or other rules")
         for name, value in zip(CLOCK, snapshot.clock, strict=True):
             setattr(self, name, value)
+        self.row_us = snapshot.row_us
         self._events = []
         self._return_to(snapshot)
 
@@ -277,6 +281,10 @@ class Game:
             self.gravity_cap = given.level
             self._pace()
             self._schedule()
+        elif isinstance(given, Gravity):
+            self.row_us = given.row_us
+            self._pace()
+            self._schedule()
         elif given is Action.RESTART:
             self._restart()
         elif given is Action.PAUSE and self.phase is not Phase.OVER:
@@ -327,7 +335,7 @@ class Game:
 
     def _begin(self) -> None:
         self.phase = Phase.RUNNING
-        self.result = None
+        self.result = self.row_us = None
         self.board = Board.parse(self.config.board, self.config.columns)
         self.hold = None
         self.can_hold = True
@@ -497,9 +505,15 @@ class Game:
             self._next_piece()
 
     def _pace(self) -> None:
-        row_s = seconds_per_row(min(self.level, self.gravity_cap))
-        self._gravity_ns = round(row_s * NS) if self.config.gravity else _NEVER
-        self._soft_ns = round(row_s * NS / self.config.soft_drop_factor)
+        config, delay_s = self.config, self.config.lock_delay_s
+        if self.row_us is None:
+            row_s = seconds_per_row(min(self.level, self.gravity_cap))
+        else:
+            row_s = self.row_us / 1e6
+            delay_s = min(delay_s, LOCK_ROWS * row_s)
+        self._gravity_ns = round(row_s * NS) if config.gravity else _NEVER
+        self._delay_ns = round(delay_s * NS) if config.gravity else _NEVER
+        self._soft_ns = round(row_s * NS / config.soft_drop_factor)
 
     def _schedule(self) -> None:
         """Work out when something happens next without the player."""

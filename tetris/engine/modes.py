@@ -1,4 +1,4 @@
-"""The modes of play, and the pace of a slow hand; docs/tetris-modes.md describes them.
+"""The modes of play, and the pace of the orb marathon; docs/tetris-modes.md describes them.
 
 A mode is data over `Config`, and what counts in its best list; the engine knows of none.
 """
@@ -11,18 +11,24 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 from tetris.engine.board import EMPTY, GARBAGE
-from tetris.engine.rules import LAST_GRAVITY_LEVEL, Config, seconds_per_row
+from tetris.engine.events import Gravity
+from tetris.engine.rules import LONGEST_ROW_US, Config
 
-Ranking = Literal["score", "time", "lines"]
+Ranking = Literal["score", "time", "lines", "pace"]
 
 _PLAIN: Final = Config()
 _DIG_ROWS: Final = 10
 _MARATHON_LINES: Final = 150  # docs/tetris-modes.md, and all below
 _SPRINT_LINES: Final = 40
 _ULTRA_S: Final = (120.0, 180.0)
-_ORB_CAP: Final = 3  # 12 s for 20 rows: the slowest hand's eight commands
-_ORB_LOCK_S: Final = 1.0
-_ORB_GUARD_S: Final = 0.6  # a pinch that was meant for the piece before lasts about as long
+_ORB_LINES: Final = 20
+_ORB: Final = Config(
+    gravity_cap=1,  # 20 s for 20 rows: the slowest hand's eight commands
+    lock_delay_s=1.0,
+    guard_s=0.6,  # a pinch that was meant for the piece before lasts about as long
+)
+
+_LONGEST_LOCK_S: Final = 2.0  # of the orb marathon, whose faster rows shorten it
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +39,7 @@ class Mode:
     ranking: Ranking  # of its best list; "time" only counts games that reached the goal
     levels: bool = False  # whether the player chooses the level to start with
     rules: Config = _PLAIN  # less what differs from game to game; see `config`
-    paced: bool = False  # whether gravity follows the player's measured rate, by `Pace`
+    paced: bool = False  # whether gravity begins with the player's rate and rises, by `Pace`
     garbage_rows: int = 0  # to begin with, with one hole each, drawn by the game's seed
 
     def config(self, start_level: int = 1, seed: int = 0) -> Config:
@@ -72,52 +78,58 @@ _MODES: Final = (
         rules=Config(dig=True, board=_garbage(0, _DIG_ROWS, _PLAIN.columns)),
         garbage_rows=_DIG_ROWS,
     ),
-    Mode(
-        "orb",
-        "score",
-        levels=True,
-        rules=Config(gravity_cap=_ORB_CAP, lock_delay_s=_ORB_LOCK_S, guard_s=_ORB_GUARD_S),
-        paced=True,
-    ),
+    Mode("orb_marathon", "pace", rules=replace(_ORB, lock_delay_s=_LONGEST_LOCK_S), paced=True),
+    Mode("orb_sprint", "time", rules=replace(_ORB, lines_goal=_ORB_LINES)),
+    Mode("orb_ultra", "score", rules=replace(_ORB, time_limit_s=_ULTRA_S[1])),
 )
 MODES: Final[Mapping[str, Mode]] = MappingProxyType({mode.name: mode for mode in _MODES})
 """By name, in the order of the menu."""
 
 
-# -- orb pace ----------------------------------------------------------------------------------
+# -- orb marathon ------------------------------------------------------------------------------
 
-FIRST_LEVEL: Final = 3  # until the player is known: docs/tetris-modes.md "orb pace", and all below
+FIRST_HZ: Final = 0.65  # until the player is known: docs/tetris-modes.md "orb marathon", all below
+PACE_LINES: Final = 10  # after which pieces fall faster
+_GROWTH: Final = 1.1  # by which the pace is multiplied then
 _COMMANDS: Final = 8  # what the worst placement needs
 _ROWS: Final = 20  # and how far a piece falls meanwhile
-_FEWEST: Final = 8  # intervals before the rate counts as known
+_FEWEST: Final = 12  # intervals before the rate counts as known
 _LATEST: Final = 24  # intervals that it is taken from
 _LONGEST_S: Final = 4.0  # a longer rest is no measure of the player's speed
+_LEAST_ROW_US: Final = 1_000
 
 
-def level_for(rate_hz: float) -> int:
-    """Return the highest level whose fall of 20 rows leaves time for 8 commands, at so many Hz."""
-    needed_s = _COMMANDS / rate_hz
-    level = 1
-    while level < LAST_GRAVITY_LEVEL and _ROWS * seconds_per_row(level + 1) >= needed_s:
-        level += 1
-    return level
+def gravity_for(pace_hz: float) -> Gravity:
+    """Return the gravity whose 20 rows last as long as 8 commands, at so many Hz."""
+    row_us = round(1e6 * _COMMANDS / _ROWS / pace_hz)
+    return Gravity(max(_LEAST_ROW_US, min(LONGEST_ROW_US, row_us)))
+
+
+def pace_of(row_us: int | None) -> float:
+    """Return the commands a second for which a game's `row_us` leaves time; 0 for None."""
+    return 1e6 * _COMMANDS / _ROWS / row_us if row_us else 0.0
 
 
 class Pace:
-    """Measures how many commands a second the player gives, and which gravity leaves time for it.
+    """Measures the player's commands a second; sets the pace at which pieces fall.
 
-    The mean counts, not the median: eight commands take eight times the mean.
+    The mean of the intervals counts, not the median: eight commands take eight times the mean.
+    During the first ten lines the pace follows the greatest rate; then it rises with every ten.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, pace_hz: float = FIRST_HZ, lines: int = 0) -> None:
+        """Begin with a pace, to which so many lines have led."""
         self._intervals_s: deque[float] = deque(maxlen=_LATEST)
         self._last_s: float | None = None
+        self._base_hz = pace_hz / _GROWTH ** (lines // PACE_LINES)
 
-    def command(self, time_s: float) -> None:
+    def command(self, time_s: float, lines: int = 0) -> None:
         """Take note of a command, at a time that is never earlier than the one before."""
         if self._last_s is not None and time_s - self._last_s <= _LONGEST_S:
             self._intervals_s.append(time_s - self._last_s)
         self._last_s = time_s
+        if lines < PACE_LINES:
+            self._base_hz = max(self._base_hz, self.rate_hz or 0.0)
 
     def interrupt(self) -> None:
         """Forget when the last command was, as after a pause: the next interval is none."""
@@ -125,14 +137,12 @@ class Pace:
 
     @property
     def rate_hz(self) -> float | None:
-        """Commands a second; None until enough have come."""
+        """The player's commands a second; None until enough have come."""
         if len(self._intervals_s) < _FEWEST:
             return None
         total_s = sum(self._intervals_s)
         return len(self._intervals_s) / total_s if total_s > 0 else float("inf")
 
-    @property
-    def level(self) -> int:
-        """The level at which gravity is to be capped now."""
-        rate_hz = self.rate_hz
-        return FIRST_LEVEL if rate_hz is None else level_for(rate_hz)
+    def gravity(self, lines: int) -> Gravity:
+        """Return the gravity after so many lines."""
+        return gravity_for(self._base_hz * _GROWTH ** (lines // PACE_LINES))

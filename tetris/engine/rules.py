@@ -12,6 +12,8 @@ VERSION: Final = 1  # of the rules: raised when the same inputs would play anoth
 
 Randomiser = Literal["7-bag", "uniform"]
 LAST_GRAVITY_LEVEL: Final = 20  # beyond it nothing falls faster: docs/tetris.md "gravity"
+LONGEST_ROW_US: Final = 9_999_999  # of a `Gravity`
+LOCK_ROWS: Final = 2.5  # the same, how long a piece lies on the ground before it locks, at most
 _LEAST_S: Final = 0.001  # of a delay
 _LONGEST_S: Final = 1e6  # twelve days
 _LIMITS: Final = {  # the least and the most; a replay costs no more than its file says

@@ -52,6 +52,7 @@ class Snapshot:
     position: tuple[object, ...]
     pieces: tuple[int, tuple[Kind, ...]]
     board: tuple[int, tuple[int, int, int]]
+    row_us: int | None = field(repr=False)  # of the last `Gravity`
     # The moment at which the piece before this one had entered, if locks can be taken back.
     before: "Snapshot | None" = field(compare=False, repr=False)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, get_type_hints
 
-from tetris.engine.modes import Mode, Ranking
+from tetris.engine.modes import PACE_LINES, Mode, Ranking
 from tetris.files import load, read_bytes, write_beside
 
 FILE_NAME: Final = "records.json"
@@ -32,6 +32,7 @@ class Entry:
     time_s: float
     date: str = ""  # when it ended, as the caller writes dates
     replay: str = ""  # the name of its replay's file; "" for none
+    pace_hz: float = 0.0  # commands a second for which its last gravity left time; 0 for none
 
     @property
     def pieces_per_s(self) -> float:
@@ -50,6 +51,7 @@ _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
     "score": lambda entry: -entry.score,
     "lines": lambda entry: -entry.lines,
     "time": lambda entry: entry.time_s,
+    "pace": lambda entry: -entry.pace_hz,
 }
 
 
@@ -79,6 +81,7 @@ class HighScores:
     def add(self, mode: Mode, entry: Entry, *, won: bool) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
+        A game by time has a place if it was won, one by pace if the pace has risen.
         Where the file cannot be written, `trouble` is set, and the game is still listed
         until the program ends.
         """
@@ -87,7 +90,7 @@ class HighScores:
         record.games += 1
         record.won += won
         place = PLACES
-        if won or mode.ranking != "time":
+        if {"time": won, "pace": entry.lines >= PACE_LINES}.get(mode.ranking, True):
             key = _KEYS[mode.ranking]
             place = sum(key(other) <= key(entry) for other in record.best)  # the earlier one leads
             record.best.insert(place, entry)
@@ -141,7 +144,13 @@ def _record(given: dict[str, Any]) -> _Record:
     counts = [_checked(name, int, given["totals"][name]) for name in ("games", "won")]
     kinds = get_type_hints(Entry)
     best = [
-        Entry(**{name: _checked(name, kind, entry[name]) for name, kind in kinds.items()})
+        Entry(
+            **{
+                name: _checked(name, kind, entry[name])
+                for name, kind in kinds.items()
+                if name in entry
+            }
+        )
         for entry in given["best"]
     ]
     return _Record(best, *counts)

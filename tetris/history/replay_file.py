@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from tetris.engine import rules
-from tetris.engine.events import Action, GravityCap
+from tetris.engine.events import Action, Gravity, GravityCap, Input
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
 from tetris.history.replay import Moment, Outcome, Replay, check_game
@@ -45,9 +45,10 @@ _CODES: Final = {
 _ACTIONS: Final = {code: action for action, code in _CODES.items()}
 # Microseconds since the moment before; inputs; soft drop held or not; what is held at an entrance.
 _MOMENT: Final = re.compile(
-    r"(0|[1-9]\d{0,14})((?:[lrdDcwhpnu]|g(?:[1-9]|1\d|20))*)([Ss]?)(\[c?w?h?\])?", re.ASCII
+    r"(0|[1-9]\d{0,14})((?:[lrdDcwhpnu]|g(?:[1-9]|1\d|20)|f[1-9]\d{0,6})*)([Ss]?)(\[c?w?h?\])?",
+    re.ASCII,
 )
-_INPUT: Final = re.compile(r"g\d+|.", re.ASCII)
+_INPUT: Final = re.compile(r"[gf]\d+|.", re.ASCII)
 _WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
 _KINDS: Final = {  # types or words that `Config` declares for its fields, in the order of the file
@@ -213,12 +214,25 @@ def _whole(name: str, word: str, most: int) -> int:
 def _moment_word(moment: Moment, before: Moment) -> str:
     word = str(moment.time_us - before.time_us)
     for given in moment.inputs:
-        word += f"g{given.level}" if isinstance(given, GravityCap) else _CODES[given]
+        word += _code(given)
     if moment.soft_drop != before.soft_drop:
         word += "S" if moment.soft_drop else "s"
     if moment.initial != before.initial:
         word += f"[{''.join(_CODES[action] for action in moment.initial)}]"
     return word
+
+
+def _code(given: Input) -> str:
+    if isinstance(given, Action):
+        return _CODES[given]
+    return f"g{given.level}" if isinstance(given, GravityCap) else f"f{given.row_us}"
+
+
+def _input(code: str) -> Input:
+    if code in _ACTIONS:
+        return _ACTIONS[code]
+    number = int(code[1:])
+    return GravityCap(number) if code[0] == "g" else Gravity(number)
 
 
 def _moments(words: list[str]) -> tuple[Moment, ...]:
@@ -235,9 +249,7 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
-            tuple(
-                _ACTIONS.get(code) or GravityCap(int(code[1:])) for code in _INPUT.findall(codes)
-            ),
+            tuple(map(_input, _INPUT.findall(codes))),
             soft == "S" if soft else before.soft_drop,
             before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
         )

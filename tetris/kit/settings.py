@@ -28,7 +28,7 @@ class Settings:
     """Settings of the player."""
 
     mode: str = "marathon"  # played last, like the next
-    orb_mode: str = "orb"  # the same, where an orb plays
+    orb_mode: str = "orb_marathon"  # the same, where an orb plays
     control: str = "aim"  # how an orb plays: `CHOICES`
     level: int = 1
     das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"

@@ -202,15 +202,16 @@ class Callouts:
         self._since_s = 0.0
         self._picture: pygame.Surface | None = None
 
-    def show(self, events: Iterable[Event]) -> None:
-        """Show the lines of the events."""
+    def show(self, events: Iterable[Event], *, paced: bool = False) -> None:
+        """Show the lines of the events; a new level of a paced game is a faster one, no more."""
         for event in events:
             match event:
                 case happened.Locked():
                     if lines := praise(event, self._look):
                         self._say(event.time_s, lines)
                 case happened.LevelUp(level=level):
-                    words = self._look.words("callout.level", level=level)
+                    key = "callout.faster" if paced else "callout.level"
+                    words = self._look.words(key, level=level)
                     fresh = self._lines if self._since_s == event.time_s else []
                     self._say(event.time_s, [*fresh, (words, self._look.palette.good)])
                 case happened.Restarted():

@@ -8,9 +8,9 @@ from typing import Final
 
 from tetris.bots import greedy
 from tetris.bots.greedy import Planner
-from tetris.engine.events import Action, Event, Finish, GravityCap, Input, Spawned, ToppedOut
+from tetris.engine.events import Action, Event, Finish, Input, Restarted, Spawned, ToppedOut
 from tetris.engine.game import Game, Phase
-from tetris.engine.modes import Mode, Pace
+from tetris.engine.modes import Mode, Pace, pace_of
 from tetris.engine.pieces import Piece
 from tetris.history.high_scores import Entry, HighScores
 from tetris.history.replay import Player, Recorder
@@ -29,6 +29,7 @@ class Session:
 
     Attributes:
         statistics: The player's figures so far.
+        pace: Sets the gravity of a mode that is paced; else None.
     """
 
     def __init__(self, mode: Mode, recorder: Recorder) -> None:
@@ -36,9 +37,11 @@ class Session:
         self.mode, self.recorder = mode, recorder
         self.ranked = not recorder.begun  # whether it counts for the best list
         self.statistics = Statistics(recorder.game)
-        self._pace = Pace() if mode.paced else None
-        self._fresh = False  # whether a piece has entered since the last update
+        self.pace = Pace() if mode.paced else None
+        self._fresh = True  # whether a piece has entered since the last update
         if recorder.begun:
+            if self.game.row_us and self.pace:
+                self.pace = Pace(pace_of(self.game.row_us), self.game.lines)
             past = Player(recorder.replay())
             given = [each for moment in past.replay.moments for each in moment.inputs]
             # Repeats of a held key are counted, too: a recording does not tell them apart.
@@ -74,23 +77,26 @@ class Session:
         Of the actions so many are commands of the player; repeats of a held key are none.
         """
         inputs: list[Input] = list(actions)
-        if self._pace:
-            inputs += self._paced(self._pace, time_s, actions)
+        if self.pace:
+            inputs += self._paced(self.pace, time_s, actions, commands)
         events = self.recorder.update(time_s, inputs, soft_drop=soft_drop, initial=tuple(initial))
         self.statistics.update(events, commands)
         self._fresh = any(isinstance(event, Spawned) for event in events)
+        if self.pace and any(isinstance(event, Restarted) for event in events):
+            self.pace = Pace()
         return events
 
-    def _paced(self, pace: Pace, time_s: float, actions: Sequence[Action]) -> list[Input]:
-        """Measure the player; return the cap of gravity for a piece that has just entered."""
+    def _paced(
+        self, pace: Pace, time_s: float, actions: Sequence[Action], commands: int
+    ) -> list[Input]:
+        """Measure the player; return the gravity for a piece that has just entered."""
         if self.game.phase is not Phase.RUNNING or Action.PAUSE in actions:
             pace.interrupt()
             return []
-        for action in actions:
-            if action in COMMANDS:
-                pace.command(time_s)
-        changed = self._fresh and pace.level != self.game.gravity_cap
-        return [GravityCap(pace.level)] if changed else []
+        for _ in range(commands):
+            pace.command(time_s, self.game.lines)
+        gravity = pace.gravity(self.game.lines)
+        return [gravity] if self._fresh and gravity.row_us != self.game.row_us else []
 
 
 class BotPlayer:
@@ -167,7 +173,15 @@ class Saves:
         if not session.ranked or not (over or not game.config.gravity):
             return SavedGame(notice=notice)
         date, replay = f"{datetime.now():%Y-%m-%d %H:%M}", "" if notice else path.name
-        entry = Entry(game.score, game.lines, game.pieces_placed, game.time_s, date, replay)
+        entry = Entry(
+            game.score,
+            game.lines,
+            game.pieces_placed,
+            game.time_s,
+            date,
+            replay,
+            pace_hz=pace_of(game.row_us),
+        )
         place = self.records.add(mode, entry, won=isinstance(game.result, Finish))
         return SavedGame(place, notice or self.records.trouble)
 

@@ -6,7 +6,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
-from tetris.engine.modes import MODES, Ranking
+from tetris.engine.modes import MODES, Ranking, pace_of
 from tetris.history.high_scores import Entry
 from tetris.history.replay_file import ReplayError, load
 from tetris.kit import bindings, language
@@ -17,7 +17,7 @@ from tetris.kit.settings import CHOICES, LIMITS, SECTIONS, Settings, stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import Saves, Session
 from tetris.window.menu_screen import AttractMode, MenuScreen
-from tetris.window.view import clock
+from tetris.window.view import clock, per_second
 
 _WORDING: Final = {  # of numbers
     **dict.fromkeys(("das_ms", "arr_ms", "guard_ms"), "settings.ms"),
@@ -29,6 +29,7 @@ _COLUMNS: Final[Mapping[Ranking, tuple[str, ...]]] = {
     "score": ("place", "score", "lines", "pieces_per_s", "date"),
     "time": ("place", "time", "score", "pieces_per_s", "date"),
     "lines": ("place", "lines", "score", "pieces_per_s", "date"),
+    "pace": ("place", "pace", "lines", "pieces_per_s", "date"),
 }
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 
@@ -227,6 +228,7 @@ def _table(entries: Sequence[Entry], ranking: Ranking, words: Words) -> list[Row
             "score": f"{entry.score:,}",
             "time": clock(entry.time_s),
             "lines": f"{entry.lines:,}",
+            "pace": per_second(entry.pace_hz),
             "pieces_per_s": f"{entry.pieces_per_s:.2f}",
             "date": entry.date.split(" ")[0],
         }
@@ -290,6 +292,9 @@ def result_rows(session: Session, words: Words) -> list[Row]:
         "finesse": words("over.finesse_value", percent=percent, faults=statistics.faults),
         "grand": f"{statistics.grand_clears}",
     }
+    if game.row_us:
+        del values["level"]
+        values = {"pace": per_second(pace_of(game.row_us))} | values
     rows = [Row((words(f"over.{name}"), value)) for name, value in values.items()]
     if session.mode.ranking == "time":
         rows[0], rows[1] = rows[1], rows[0]

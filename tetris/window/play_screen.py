@@ -268,8 +268,9 @@ class PlayScreen(Screen):
 
     def draw(self, surface: pygame.Surface, time_s: float) -> list[pygame.Rect]:
         """Draw the game."""
-        game, mode = self.session.game, self.session.mode
-        figures = figures_of(game, by_time=mode.ranking == "time")
+        game, mode, pace = self.session.game, self.session.mode, self.session.pace
+        rate_hz = pace.rate_hz if pace else None
+        figures = figures_of(game, by_time=mode.ranking == "time", rate_hz=rate_hz)
         figures.append(Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"))
         self._view.place(self._stage.area, self._stage.look)
         changed = self._view.draw(

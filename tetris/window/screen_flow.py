@@ -12,7 +12,7 @@ from tetris.engine.modes import MODES, Mode
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
 from tetris.kit.menu import Item, Menu, Row
-from tetris.kit.settings import stepped
+from tetris.kit.settings import Settings, stepped
 from tetris.kit.stage import Stage
 from tetris.window.game_session import BotPlayer, SavedGame, Saves, Session
 from tetris.window.menu_screen import AttractMode, MenuScreen
@@ -54,9 +54,12 @@ class ScreenFlow:
 
     @property
     def mode(self) -> Mode:
-        """The mode of the settings; the first one for a name that is unknown here."""
-        name = getattr(self._stage.settings, self._stage.mode_setting)
-        return MODES.get(name) or next(iter(MODES.values()))
+        """The mode of the settings; the usual one for a name that is unknown here."""
+        chosen, usual = (
+            getattr(settings, self._stage.mode_setting)
+            for settings in (self._stage.settings, Settings())
+        )
+        return MODES.get(chosen) or MODES[usual]
 
     def begin(self, start: Start) -> None:
         """Show the first screens."""

@@ -11,6 +11,7 @@ from tetris.bots.greedy import Plan
 from tetris.engine.board import EMPTY
 from tetris.engine.events import Action, Event
 from tetris.engine.game import Finish, Game, Phase, TopOut
+from tetris.engine.modes import PACE_LINES, pace_of
 from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.kit import theme
@@ -40,8 +41,11 @@ class Figure:
     share: float | None = None  # how much of a bar below it is filled, 0 to 1
 
 
-def figures_of(game: Game, *, by_time: bool = False) -> list[Figure]:
-    """Return what matters most in a game first; `by_time` says whether it is a race to its goal."""
+def figures_of(game: Game, *, by_time: bool = False, rate_hz: float | None = None) -> list[Figure]:
+    """Return what matters most in a game first.
+
+    `by_time` is whether it is a race to its goal, `rate_hz` the player's commands a second.
+    """
     config, time_s, goal = game.config, game.time_s, game.config.lines_goal
     time = Figure("figures.time", clock(time_s))
     score = Figure("figures.score", f"{game.score:,}")
@@ -61,6 +65,10 @@ def figures_of(game: Game, *, by_time: bool = False) -> list[Figure]:
         ]
     elif by_time and goal is not None:
         figures = [time, lines]
+    elif game.row_us is not None:
+        share = game.lines % PACE_LINES / PACE_LINES
+        speed = Figure("figures.speed", per_second(pace_of(game.row_us)), share)
+        figures = [speed, Figure("figures.pace", per_second(rate_hz)), lines]
     else:
         begun, end = goal_of(game.level, config.start_level)
         share = (game.lines - begun) / (end - begun)
@@ -73,6 +81,11 @@ def clock(seconds: float) -> str:
     hundredths = int(seconds * 100 + 1e-6)
     minutes, rest = divmod(hundredths, 6000)
     return f"{minutes}:{rest // 100:02}.{rest % 100:02}"
+
+
+def per_second(rate_hz: float | None) -> str:
+    """Write a rate, or a dash for None."""
+    return "–" if rate_hz is None else f"{rate_hz:.2f}/s"
 
 
 class GameView:
@@ -88,6 +101,7 @@ class GameView:
         """Draw into an area; `card` is whether there is a card for figures."""
         self._card = card
         self._rows: Sequence[str] = ()  # the board as it was drawn last
+        self._paced = False  # whether that game's gravity is its own, not that of its level
         self._dress(look or Look())
         self._lay_out(Layout.inside(area, scale=self._look.scale))
 
@@ -134,7 +148,7 @@ class GameView:
         """Let what happened be seen in the next frames."""
         events = list(events)
         self._effects.show(events, self.layout, self._rows)
-        self._callouts.show(events)
+        self._callouts.show(events, paced=self._paced)
 
     def draw(
         self,
@@ -169,7 +183,7 @@ class GameView:
         flash_s, words_s = (
             time_s if each.alive else None for each in (self._effects, self._callouts)
         )
-        self._rows = tuple(game.board.rows)
+        self._rows, self._paced = tuple(game.board.rows), game.row_us is not None
         board = self._rows, game.piece, game.in_play, game.phase
         layout = self.layout
 

@@ -47,7 +47,7 @@ class WatchScreen(GamePage):
     ) -> None:
         """Begin a game of a seed, or of any; `take_over` goes on with it as the player's game."""
         seed = secrets.randbits(_SEED_BITS) if seed is None else seed
-        self.session = Session.new(MODES["orb"], seed, stage.settings, level=1)
+        self.session = Session.new(MODES["orb_marathon"], seed, stage.settings)
         self._time_s, self._seen_s = 0.0, stage.time_s  # of the game, and of the last frame
         self._take_over, self._free = take_over, False  # whether the dome has been let go
         self._meet(orb)

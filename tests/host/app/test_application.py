@@ -103,9 +103,9 @@ def test_game_and_panel_share_any_window(size: tuple[int, int]) -> None:
 def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
     window = Window(config=tmp_path)
     window.key(pygame.K_ESCAPE)  # no introduction
-    assert window.app.stage.settings.orb_mode == "orb"
+    assert window.app.stage.settings.orb_mode == "orb_marathon"
     window.pass_s(0.1, said("down"), said("right"))  # to "Mode", and the next one
-    assert window.app.stage.settings.orb_mode == "marathon"
+    assert window.app.stage.settings.orb_mode == "orb_sprint"
     assert "orb_mode" in (tmp_path / "tetris.toml").read_text()
 
 

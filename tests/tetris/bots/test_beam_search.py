@@ -115,7 +115,7 @@ def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
         assert lines(beam_search.plan, seed) > 1.5 * lines(greedy.plan, seed)
 
 
-@pytest.mark.parametrize("name", ["dig", "orb", "sprint"])
+@pytest.mark.parametrize("name", ["dig", "orb_marathon", "sprint"])
 def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
     recorder = Recorder(9, MODES[name].config(seed=9), name)
     events = play_bot(recorder, greedy.plan, pieces=30, action_s=0.05)

@@ -10,8 +10,8 @@ from tetris.engine.game import Action, Config, Finish, Game, Phase
 from tetris.engine.modes import MODES
 
 
-def test_the_menu_has_eight_modes() -> None:
-    names = "marathon endless sprint ultra_2 ultra_3 zen dig orb"
+def test_the_menu_has_ten_modes() -> None:
+    names = "marathon endless sprint ultra_2 ultra_3 zen dig orb_marathon orb_sprint orb_ultra"
     assert list(MODES) == names.split()
     assert all(mode.name == name for name, mode in MODES.items())
 
@@ -35,14 +35,16 @@ def play(game: Game, *, most: int = 2000, every_s: float = 0.0) -> list[Finish]:
     return reasons
 
 
-@pytest.mark.parametrize(("name", "lines"), [("sprint", 40), ("marathon", 150)])
+@pytest.mark.parametrize(("name", "lines"), [("sprint", 40), ("marathon", 150), ("orb_sprint", 20)])
 def test_lines_are_the_goal(name: str, lines: int) -> None:
     game = Game(1, MODES[name].config())
-    assert play(game) == [Finish.GOAL]
+    assert play(game, every_s=game.config.guard_s) == [Finish.GOAL]
     assert lines <= game.lines < lines + 4
 
 
-@pytest.mark.parametrize(("name", "seconds"), [("ultra_2", 120), ("ultra_3", 180)])
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("ultra_2", 120), ("ultra_3", 180), ("orb_ultra", 180)]
+)
 def test_ultra_ends_by_the_clock(name: str, seconds: int) -> None:
     game = Game(1, MODES[name].config())
     assert play(game, every_s=1.0) == [Finish.TIME]
@@ -76,9 +78,10 @@ def test_dig_begins_with_ten_rows_of_garbage_that_its_seed_draws() -> None:
     assert MODES["dig"].config(seed=4) != MODES["dig"].config(seed=5)
 
 
-def test_orb_pace_waits_for_slow_hands_and_guards_against_a_late_drop() -> None:
-    config = MODES["orb"].config()
-    assert (config.gravity_cap, config.lock_delay_s) == (3, 1.0)
+@pytest.mark.parametrize("name", ["orb_marathon", "orb_sprint", "orb_ultra"])
+def test_orb_modes_wait_for_slow_hands_and_guard_against_a_late_drop(name: str) -> None:
+    config = MODES[name].config()
+    assert config.gravity_cap == 1
     game = Game(1, config)
     game.update(0.0)
     game.update(1.0, [Action.HARD_DROP])

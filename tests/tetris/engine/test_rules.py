@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.support.tetris_games import game_with, of, set_up
 from tetris.engine.board import Board
 from tetris.engine.events import Blocked, Finished, Held, Locked, Moved, Rotated, Spawned, ToppedOut
-from tetris.engine.game import Action, Config, Finish, Game, GravityCap, Phase, TopOut
+from tetris.engine.game import Action, Config, Finish, Game, Gravity, GravityCap, Phase, TopOut
 from tetris.engine.pieces import KICKS, KINDS, Kicks, KickTable, Kind, Piece
 
 DROP = [Action.HARD_DROP]
@@ -142,6 +142,23 @@ def test_a_cap_that_makes_a_row_overdue_lets_the_piece_fall_next() -> None:
     game.update(0.9, [GravityCap(9), Action.LEFT])
     (moved,) = of(game.update(0.91), Moved)
     assert moved.time_s == pytest.approx(0.9)
+
+
+def test_a_gravity_of_its_own_takes_the_place_of_the_levels_and_shortens_the_lock() -> None:
+    game = game_with("", Piece("T", 3, 1), Config(start_level=9, lock_delay_s=2.0))
+    events = game.update(0.0, [Gravity(400_000)]) + game.update(1.9)
+    assert [event.time_s for event in of(events, Moved)] == pytest.approx([0.4, 0.8])
+    (locked,) = of(events, Locked)
+    assert locked.time_s == pytest.approx(0.8 + 2.5 * 0.4)
+    assert game.row_us == 400_000
+
+
+def test_a_new_game_falls_by_its_level_again() -> None:
+    game = Game(1)
+    game.update(0.0, [Gravity(50_000), Action.RESTART])
+    assert game.row_us is None
+    (moved,) = of(game.update(1.0), Moved)
+    assert moved.time_s == pytest.approx(1.0)
 
 
 def shuffled(config: Config, shifts: int) -> Game:

@@ -37,6 +37,22 @@ def test_a_sprint_counts_its_time_and_only_when_it_is_finished(tmp_path: Path) -
     assert records.games("sprint") == (3, 2)
 
 
+def test_an_orb_marathon_counts_its_pace_once_the_pace_has_risen(tmp_path: Path) -> None:
+    records = HighScores(tmp_path)
+    assert add(records, "orb_marathon", won=False, pace_hz=1.2, lines=30) == 1
+    assert add(records, "orb_marathon", won=False, pace_hz=1.5, lines=10) == 1
+    assert add(records, "orb_marathon", won=False, pace_hz=9.0, lines=9) is None
+    assert [entry.pace_hz for entry in HighScores(tmp_path).best("orb_marathon")] == [1.5, 1.2]
+
+
+def test_a_game_that_was_kept_without_a_pace_has_none(tmp_path: Path) -> None:
+    add(HighScores(tmp_path), "marathon")
+    path = tmp_path / FILE_NAME
+    path.write_text(path.read_text().replace(',\n     "pace_hz": 0.0', ""))
+    assert "pace_hz" not in path.read_text()
+    assert HighScores(tmp_path).best("marathon") == (GAME,)
+
+
 def test_of_equals_the_earlier_one_leads(tmp_path: Path) -> None:
     records = HighScores(tmp_path)
     add(records, "marathon", score=500, lines=1)

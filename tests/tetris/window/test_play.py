@@ -9,12 +9,14 @@ import pytest
 from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Action, Phase
+from tetris.engine.modes import MODES, pace_of
 from tetris.engine.rules import Config
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.history.replay import Recorder
 from tetris.kit import theme
 from tetris.kit.settings import CHOICES, Settings
 from tetris.window.app import App, Start
+from tetris.window.game_session import Session
 from tetris.window.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
 from tetris.window.replay_screen import ReplayScreen
 
@@ -190,7 +192,7 @@ def test_a_file_that_is_no_replay_is_one_sentence(window: pygame.Surface, tmp_pa
 
 
 @pytest.mark.parametrize(
-    "mode", ["marathon", "endless", "sprint", "ultra_2", "ultra_3", "zen", "dig", "orb"]
+    "mode", ["marathon", "endless", "sprint", "ultra_2", "ultra_3", "zen", "dig", "orb_marathon"]
 )
 def test_the_bot_plays_every_mode_to_be_watched(window: pygame.Surface, mode: str) -> None:
     player = open_app(window, Start(mode=mode, seed=3, level=2, bot="dellacherie"))
@@ -367,15 +369,31 @@ def test_shift_held_at_the_wall_is_one_input(window: pygame.Surface, arr_ms: int
         assert (statistics.faults, statistics.commands) == (0, commands)
 
 
-def test_orb_pace_gives_a_quick_hand_more_gravity(window: pygame.Surface) -> None:
-    player = open_app(window, Start(mode="orb", seed=3, level=9))
+def test_an_orb_marathon_falls_at_the_pace_of_a_quick_hand(window: pygame.Surface) -> None:
+    player = open_app(window, Start(mode="orb_marathon", seed=3))
     player.wait(READY_S + 0.1)
-    assert player.game.session.game.gravity_cap == 3
-    for _ in range(4):
-        player.key(pygame.K_LEFT, pygame.K_RIGHT, pygame.K_LEFT)
-        player.wait(0.7)
+    game, pace = player.game.session.game, player.game.session.pace
+    assert pace_of(game.row_us) == pytest.approx(0.65)
+    for _ in range(9):
+        player.key(pygame.K_LEFT)
+        player.wait(0.3)
         player.key(pygame.K_SPACE)
-    assert player.game.session.game.gravity_cap > 3
+        player.wait(0.7)  # in the first .6 s no drop is taken
+    assert pace is not None
+    assert pace_of(game.row_us) == pytest.approx(pace.rate_hz, rel=0.02)
+
+
+def test_an_orb_marathon_that_is_taken_over_keeps_its_pace() -> None:
+    session = Session.new(MODES["orb_marathon"], 3, Settings())
+    for step in range(20):
+        session.update(0.5 * step, [Action.HARD_DROP], commands=1)
+    player = ReplayPlayer(session.recorder.replay())
+    player.seek(9.0)
+    again = Session(session.mode, player.take_over())
+    row_us = again.game.row_us
+    again.update(9.1, [Action.RIGHT], commands=1)
+    assert again.game.row_us == row_us
+    assert pace_of(row_us) == pytest.approx(2.0)
 
 
 def test_the_end_says_how_it_went_and_the_best_list_remembers(player: Player) -> None:
