@@ -20,12 +20,19 @@ from typing import Final, cast
 
 from controller.shared import plugins
 from controller.shared.errors import TroubleError, UserError, count
-from controller.shared.protocol.messages import Command, Telemetry, Welcome
+from controller.shared.protocol.messages import Command, ContactState, Telemetry, Welcome
 from controller.shared.protocol.teaching import Vocabulary
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 
 WAITING: Final = 256  # limit of queued events, two seconds at 100 Hz
 END_S: Final = 1.0  # for queued events when the program ends
+CONTACT: Final = {  # fields of a contact in the order in which taps send them, and their units
+    **dict.fromkeys(("x", "y", "place_sigma"), "grid"),
+    **dict.fromkeys(("depth_mm", "depth_sigma"), "mm"),
+    "fingers": "count",
+    "fingers_sure": "probability",
+    **dict.fromkeys(("angle_deg", "angle_sigma"), "degrees"),
+}
 
 log = logging.getLogger(__name__)
 
@@ -62,6 +69,9 @@ class Tap(ABC):
     def command(self, message: Command, t_ms: int) -> None:
         """Handle a command."""
 
+    def contact(self, message: ContactState, t_ms: int) -> None:  # noqa: B027
+        """Handle what touches in a frame; `fingers` is 0 once when that has ended."""
+
     def missed(self, count: int) -> None:  # noqa: B027
         """Handle a number of commands that did not arrive in time."""
 
@@ -91,6 +101,7 @@ class TapThread:
         self._queue: queue.Queue[Received | None] = queue.Queue(waiting)
         self._closing = threading.Event()
         self._gesture = ""
+        self._touch: tuple[int, int] | None = None  # frame and time of the contact
         self._welcome: Welcome | None = None
         self._state = ""
         self._thread = threading.Thread(target=self._run, name=f"tap {name}", daemon=True)
@@ -127,6 +138,7 @@ class TapThread:
     def _feed(self, event: Received) -> None:
         match event:
             case Connected(welcome=welcome):
+                self._lift()
                 self._gesture, self._welcome = "", welcome
                 self._tap.connected(welcome)
                 self._link("live")
@@ -149,10 +161,22 @@ class TapThread:
             case Delivered(message=Command() as message, t_ms=t_ms):
                 self._link("live")
                 self._tap.command(message, t_ms)
+            case Delivered(message=ContactState() as message, t_ms=t_ms):
+                self._link("live")
+                self._touch = (message.frame, t_ms) if message.fingers else None
+                self._tap.contact(message, t_ms)
             case Delivered():
                 self._link("live")
 
+    def _lift(self) -> None:
+        """End the contact, if there is one: the link has been silent or lost."""
+        if self._touch is not None:
+            self._tap.contact(ContactState(self._touch[0]), self._touch[1])
+            self._touch = None
+
     def _link(self, state: str) -> None:
+        if state != "live":
+            self._lift()
         if state != self._state:
             self._state = state
             self._tap.link(state)

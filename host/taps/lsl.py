@@ -1,4 +1,4 @@
-"""Lab Streaming Layer tap: four outlets for each device.
+"""Lab Streaming Layer tap: five outlets for each device.
 
 Needs pylsl, whose wheels bring the library liblsl for common systems. Source of the fields in the
 descriptions: LSL's metadata conventions (github.com/sccn/xdf, wiki "Meta-Data").
@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from controller.shared.errors import how_to_install
 from controller.shared.protocol.codec import image_from_bytes
-from controller.shared.protocol.messages import Command, Telemetry, Welcome
-from host.taps import Tap, TapError, TapUnavailableError, log
+from controller.shared.protocol.messages import Command, ContactState, Telemetry, Welcome
+from host.taps import CONTACT, Tap, TapError, TapUnavailableError, log
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # for a slow inlet; pylsl's default of 360 s needs more memory
@@ -30,8 +30,8 @@ _OWN: Final = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg
 class LslTap(Tap):
     """The outlets of one device; another device, or another shape, gets new ones.
 
-    Frames and probabilities have the device's rate, markers none. A sample's time is that of the
-    device, converted to LSL's clock by the fastest message of the session.
+    Frames and probabilities have the device's rate, contacts and markers none. A sample's time is
+    that of the device, converted to LSL's clock by the fastest message of the session.
     """
 
     def __init__(self, lsl: Any) -> None:
@@ -55,6 +55,7 @@ class LslTap(Tap):
         ]
         self._make("frames", "Capacitance", taxels, "C/C0", welcome)
         self._make("probabilities", "Probability", welcome.labels, "probability", welcome)
+        self._make("contacts", "Contact", list(CONTACT), list(CONTACT.values()), welcome)
         self._make("gestures", "Markers", ("gesture",), "", welcome)
         self._make("commands", "Markers", ("command", "gesture"), "", welcome)
 
@@ -71,16 +72,24 @@ class LslTap(Tap):
         """Push a marker."""
         self._push("commands", [message.name, message.label], t_ms)
 
+    def contact(self, message: ContactState, t_ms: int) -> None:
+        """Push a sample; the last one of a contact is all 0."""
+        self._push("contacts", [float(getattr(message, name)) for name in CONTACT], t_ms)
+
     def close(self) -> None:
         """Remove the outlets from the network."""
         self._outlets.clear()
 
     def _make(
-        self, name: str, kind: str, channels: Sequence[str], unit: str, welcome: Welcome
+        self, name: str, kind: str, channels: Sequence[str], unit: str | list[str], welcome: Welcome
     ) -> None:
-        """Make one outlet, with its description; without a unit it is one of markers."""
+        """Make one outlet, with its description; without a unit it is one of markers.
+
+        With a unit for each channel its rate is irregular.
+        """
         lsl, source = self._lsl, f"{welcome.device_id}:{name}"
-        rate_hz = welcome.rate_hz if unit else lsl.IRREGULAR_RATE
+        regular = bool(unit) and isinstance(unit, str)
+        rate_hz = welcome.rate_hz if regular else lsl.IRREGULAR_RATE
         form = lsl.cf_float32 if unit else lsl.cf_string
         info = lsl.StreamInfo(f"OrbTouch {name}", kind, len(channels), rate_hz, form, source)
         info.desc().append_child_value("manufacturer", "OrbTouch")

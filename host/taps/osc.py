@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 
 from controller.shared.errors import how_to_install
 from controller.shared.protocol.codec import image_from_bytes
-from controller.shared.protocol.messages import Command, Telemetry, Welcome
-from host.taps import Tap, TapError, TapUnavailableError
+from controller.shared.protocol.messages import Command, ContactState, Telemetry, Welcome
+from host.taps import CONTACT, Tap, TapError, TapUnavailableError
 
 if TYPE_CHECKING:
     from pythonosc.udp_client import SimpleUDPClient
@@ -51,6 +51,11 @@ class OscTap(Tap):
         """Send a command, with its position if it has one."""
         place = message.touch or ()
         self._send("command", message.name, message.label, t_ms / 1000, message.probability, *place)
+
+    def contact(self, message: ContactState, t_ms: int) -> None:
+        """Send what touches."""
+        values = (getattr(message, name) for name in CONTACT)
+        self._send("contact", message.frame, t_ms / 1000, *values)
 
     def missed(self, count: int) -> None:
         """Send the number of lost commands."""

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from controller.shared.protocol.codec import quantise_image
-from controller.shared.protocol.messages import Command, Message, Telemetry, Welcome
+from controller.shared.protocol.messages import Command, ContactState, Message, Telemetry, Welcome
 from host import taps
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import Tap, TapError, TapThread, TapUnavailableError, open_taps
@@ -111,6 +111,9 @@ class Slow(Tap):
     def command(self, message: Command, t_ms: int) -> None:
         self.took.append(f"command {message.name}")
 
+    def contact(self, message: ContactState, t_ms: int) -> None:
+        self.took.append(f"{message.fingers} fingers at {t_ms}")
+
     def missed(self, count: int) -> None:
         self.took.append(f"missed {count}")
 
@@ -142,6 +145,19 @@ def test_tap_hears_every_change_once_and_in_order() -> None:
         ),
     ]
     assert (worker.dropped, worker.failure, tap.closed) == (0, "", True)
+
+
+FINGER = ContactState(6, 2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("silence", [Stale(), Lost("it was cut off"), Connected(WELCOME)], ids=str)
+def test_tap_hears_the_end_of_a_contact_that_the_link_did_not_bring(silence: Received) -> None:
+    tap = Slow()
+    worker = TapThread("slow", tap)
+    worker.hear([Connected(WELCOME), delivered(FINGER, 600), silence, Stale()])
+    worker.close()
+    assert tap.took[2:4] == ["1 fingers at 600", "0 fingers at 600"]
+    assert "fingers" not in "".join(tap.took[4:])
 
 
 def test_slow_tap_drops_and_counts_and_holds_up_nobody() -> None:
@@ -219,6 +235,17 @@ def test_osc_server_hears_everything(osc: tuple[str, queue.SimpleQueue[tuple[Any
     assert drop[2:] == ("pinch", pytest.approx(0.4), 0.5)
 
 
+def test_osc_server_hears_contacts(osc: tuple[str, queue.SimpleQueue[tuple[Any, ...]]]) -> None:
+    url, heard = osc
+    with ExitStack() as stack:
+        [worker] = open_taps([url], stack, pytest.fail)
+        worker.hear([Connected(WELCOME), delivered(FINGER, 600), delivered(ContactState(6), 700)])
+        *_, touch, end = [heard.get(timeout=PATIENCE_S) for _ in range(6)]
+    assert touch[:3] == ("/orbtouch/contact", 6, pytest.approx(0.6))
+    assert touch[3:] == (2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0)
+    assert end == ("/orbtouch/contact", 6, pytest.approx(0.7), *[0] * 9)
+
+
 def test_device_is_described_again_for_who_listens_later() -> None:
     from host.taps.osc import DESCRIBE_S, OscTap
 
@@ -262,9 +289,9 @@ def lsl() -> Any:
 
 
 def inlets(lsl: Any, device_id: str) -> dict[str, Any]:
-    """Open pylsl's own inlet to each of the four streams."""
+    """Open pylsl's own inlet to each of the five streams."""
     found = {}
-    for name in ("frames", "probabilities", "gestures", "commands"):
+    for name in ("frames", "probabilities", "contacts", "gestures", "commands"):
         source = f"{device_id}:{name}"
         [info] = lsl.resolve_byprop("source_id", source, minimum=1, timeout=PATIENCE_S)
         found[name] = lsl.StreamInlet(info)
@@ -272,7 +299,7 @@ def inlets(lsl: Any, device_id: str) -> dict[str, Any]:
     return found
 
 
-def test_inlets_of_pylsl_read_four_described_streams(lsl: Any) -> None:
+def test_inlets_of_pylsl_read_five_described_streams(lsl: Any) -> None:
     # An identity of its own, so that no other test on this machine is heard.
     known = dataclasses.replace(WELCOME, device_id=f"orb-{threading.get_native_id()}")
     with ExitStack() as stack:
@@ -280,9 +307,10 @@ def test_inlets_of_pylsl_read_four_described_streams(lsl: Any) -> None:
         worker.hear([Connected(known)])
         streams = inlets(lsl, known.device_id)
         before_s = lsl.local_clock()
-        worker.hear(SESSION[1:])
+        worker.hear([delivered(FINGER, 50), *SESSION[1:]])
         sample, first_s = streams["frames"].pull_sample(timeout=PATIENCE_S)
         _, second_s = streams["frames"].pull_sample(timeout=PATIENCE_S)
+        contacts = [streams["contacts"].pull_sample(timeout=PATIENCE_S)[0] for _ in range(2)]
         shares, _ = streams["probabilities"].pull_sample(timeout=PATIENCE_S)
         markers = [streams["gestures"].pull_sample(timeout=PATIENCE_S)[0] for _ in range(2)]
         commands = [streams["commands"].pull_sample(timeout=PATIENCE_S)[0] for _ in range(2)]
@@ -290,6 +318,7 @@ def test_inlets_of_pylsl_read_four_described_streams(lsl: Any) -> None:
         for stream in streams.values():
             stream.close_stream()
     assert sample == pytest.approx(IMAGE, abs=1e-6)
+    assert contacts == [[2.0, 1.5, 0.25, 6.0, 0.5, 1.0, 0.875, 0.0, 0.0], [0.0] * 9]
     assert shares == pytest.approx(SHARES, abs=1e-6)
     assert markers == [["press"], ["none"]]
     assert commands == [["left", "press"], ["drop", "pinch"]]
@@ -305,6 +334,8 @@ def test_inlets_of_pylsl_read_four_described_streams(lsl: Any) -> None:
     ]
     assert frames.get_channel_units() == ["C/C0"] * 25
     assert about["probabilities"].get_channel_labels() == list(WELCOME.labels)
+    assert about["contacts"].get_channel_units()[3:6] == ["mm", "mm", "count"]
+    assert about["contacts"].nominal_srate() == lsl.IRREGULAR_RATE
     assert (gestures.type(), gestures.nominal_srate()) == ("Markers", lsl.IRREGULAR_RATE)
     device = frames.desc().child("device")
     assert device.child_value("id") == known.device_id
@@ -363,9 +394,9 @@ def test_outlets_outlive_a_reconnection_of_the_same_device_but_not_another_shape
     tap = LslTap(lsl)
     tap.connected(WELCOME)
     tap.connected(dataclasses.replace(WELCOME, boot_nonce=99))
-    assert len(lsl.made) == 4
+    assert len(lsl.made) == 5
     tap.connected(dataclasses.replace(WELCOME, rows=4))
-    assert len(lsl.made) == 8
+    assert len(lsl.made) == 10
 
 
 def test_samples_have_the_device_s_time_whenever_they_arrive() -> None:
