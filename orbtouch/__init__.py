@@ -22,16 +22,20 @@ if TYPE_CHECKING:
     from controller import __version__ as __version__
     from controller.shared.errors import UserError as Error
     from orbtouch.networks import Command, Evaluation, Network, network, train
-    from orbtouch.orbs import Orb, connect, record
+    from orbtouch.orbs import Contact, Frame, Orb, Press, Release, connect, record
     from orbtouch.recordings import Recording, load, simulate
 
 __all__ = [
     "Command",
+    "Contact",
     "Error",
     "Evaluation",
+    "Frame",
     "Network",
     "Orb",
+    "Press",
     "Recording",
+    "Release",
     "connect",
     "load",
     "network",
@@ -44,7 +48,8 @@ __all__ = [
 # needs none of them, and looks first whether our other packages are the ones that are found.
 _MODULES: "Final" = {
     **dict.fromkeys(("Command", "Evaluation", "Network", "network", "train"), "networks"),
-    **dict.fromkeys(("Orb", "connect", "record"), "orbs"),
+    **dict.fromkeys(("Contact", "Frame", "Orb", "Press", "Release"), "orbs"),
+    **dict.fromkeys(("connect", "record"), "orbs"),
     **dict.fromkeys(("Recording", "load", "simulate"), "recordings"),
 }
 

@@ -1,10 +1,11 @@
-"""Orbs: commands as they come, the state to look at, and a panel to draw into a game."""
+"""Orbs: events as they come, the state to look at, and a panel to draw into a game."""
 
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 from controller.shared.errors import UserError
 from controller.shared.protocol import psk
 from controller.shared.protocol.messages import Command as CommandMessage
-from controller.shared.protocol.messages import Contact, Contacts
+from controller.shared.protocol.messages import Contact as Finger
+from controller.shared.protocol.messages import Contacts, ContactState, Telemetry
 from host.connection.receiver import Delivered, Received, Receiver, ever_connected
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -28,7 +30,61 @@ if TYPE_CHECKING:
 
 VIRTUAL: Final = "virtual"
 _WAIT_S: Final = 0.2  # between looks whether the link is still wanted
-_FINGER: Final = (9.0, 7.0)  # depth and radius of a finger, mm
+_RADIUS_MM: Final = 7.0  # of a finger
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """What touches in one frame, with standard deviations.
+
+    Attributes:
+        t_s: Seconds of the orb's clock, as everywhere.
+        x: Place across, grid units, (0, 0) at the near left taxel: the middle of all fingers.
+        y: Place along, grid units.
+        place_sigma: Of x and of y.
+        depth_mm: Of the deepest finger.
+        depth_sigma: mm.
+        fingers: 1, 2, or 3 for more.
+        fingers_sure: Probability of that number.
+        angle_deg: Rotation since the fingers landed, counter-clockwise positive.
+        angle_sigma: Degrees.
+    """
+
+    t_s: float
+    x: float
+    y: float
+    place_sigma: float
+    depth_mm: float
+    depth_sigma: float
+    fingers: int
+    fingers_sure: float
+    angle_deg: float
+    angle_sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """The begin of a contact at `t_s`."""
+
+    t_s: float
+    contact: Contact
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """The end of a contact at `t_s`; `contact` is its last frame."""
+
+    t_s: float
+    contact: Contact
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A scan: its number, its end at `t_s`, and `image`, see `Orb.image`."""
+
+    number: int
+    t_s: float
+    image: NDArray[np.float32]
 
 
 class Orb:
@@ -43,6 +99,8 @@ class Orb:
         self._receiver, self._process = receiver, process
         self._state = OrbState()
         self._connected = self._closed = False
+        self._contact: Contact | None = None
+        self._scan = 0, 0.0  # number and time of the latest frame
         self._panel: object = None  # made at the first drawing, which needs pygame
 
     @property
@@ -61,14 +119,35 @@ class Orb:
         return self._state.felt.copy()
 
     @property
+    def frame(self) -> Frame | None:
+        """The latest frame; None before the first one."""
+        number, t_s = self._scan
+        return Frame(number, t_s, self.image) if number else None
+
+    @property
+    def contact(self) -> Contact | None:
+        """What touches; None if nothing does, or the orb's bundle does not estimate it."""
+        return self._contact
+
+    @property
+    def held(self) -> str:
+        """The gesture that is held; "" if none."""
+        return self._state.gesture
+
+    @property
     def probabilities(self) -> dict[str, float]:
         """Present probability of each gesture; {} before it is connected."""
         return dict(zip(self.labels, self._state.probabilities.tolist(), strict=False))
 
     def commands(self) -> list[Command]:
-        """Return the commands since the last call, oldest first, without waiting.
+        """Return the commands of `events`, and leave out the others."""
+        return [event for event in self.events() if isinstance(event, Command)]
 
-        It also brings `link`, `image` and `probabilities` up to date: call it once a picture.
+    def events(self) -> list[Press | Release | Command]:
+        """Return what has happened since the last call, oldest first, without waiting.
+
+        It also brings all attributes up to date: call it, or `commands`, once a picture. A contact
+        ends with the link, too.
 
         Raises:
             Error: The first connection failed.
@@ -76,18 +155,35 @@ class Orb:
         received = self._receiver.poll()
         self._connected = ever_connected(received, self._connected)
         now_s = time.monotonic()
-        for item in received:
-            self._state.observe(item, now_s)
+        events = [event for item in received for event in self._take(item, now_s)]
         self._state.advance(now_s)
-        return [found for item in received if (found := _command(item)) is not None]
+        return events
 
-    def touch(self, *fingers: tuple[float, float]) -> None:
+    def _take(self, item: Received, now_s: float) -> Iterator[Press | Release | Command]:
+        """Yield the events of what arrived."""
+        self._state.observe(item, now_s)
+        before = self._contact
+        match item:
+            case Delivered(CommandMessage() as one, t_ms):
+                yield Command(t_ms / 1000, one.name, one.label, one.probability, one.touch)
+            case Delivered(Telemetry(frame=number), t_ms):
+                self._scan = number, t_ms / 1000
+            case Delivered(ContactState() as state, t_ms) if state.fingers:
+                values = (getattr(state, name) for name in Contact.__match_args__[1:])
+                self._contact = Contact(t_ms / 1000, *values)
+                if before is None:
+                    yield Press(t_ms / 1000, self._contact)
+        if before is not None and self._state.contact is None:
+            self._contact = None
+            yield Release(item.t_ms / 1000 if isinstance(item, Delivered) else before.t_s, before)
+
+    def touch(self, *fingers: tuple[float, float], depth_mm: float = 9.0) -> None:
         """Put fingers on a virtual orb at (x, y), grid units, 0 to 4; none lifts all.
 
         Repeat it at least five times a second while they stay down: silence lifts them.
         """
-        contacts = (Contact(n, x, y, *_FINGER) for n, (x, y) in enumerate(fingers))
-        self._receiver.send(Contacts(tuple(contacts)))
+        touching = (Finger(n, x, y, depth_mm, _RADIUS_MM) for n, (x, y) in enumerate(fingers))
+        self._receiver.send(Contacts(tuple(touching)))
 
     def draw(self, surface: "pygame.Surface", rect: "pygame.Rect | None" = None) -> None:
         """Draw the dome, its gestures and its link into a pygame surface; by default all of it."""
@@ -174,11 +270,3 @@ def record(path: Path | str, seconds: float, *options: str) -> Recording:
     if process.returncode:
         raise UserError(message.strip().removeprefix("controller: ") or "nothing was recorded")
     return load(path)
-
-
-def _command(item: Received) -> Command | None:
-    """Return what arrived as a command; None if it is something else."""
-    match item:
-        case Delivered(CommandMessage() as one, t_ms):
-            return Command(t_ms / 1000, one.name, one.label, one.probability, one.touch)
-    return None

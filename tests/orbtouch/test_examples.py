@@ -68,6 +68,26 @@ def test_the_game_moves_its_ball(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sum(len(ast.unparse(part).splitlines()) for part in code) <= 15
 
 
+def test_the_circle_is_where_the_finger_is_and_as_wide_as_it_is_deep(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class TouchedOrb(ScriptedOrb):
+        contact = orbtouch.Contact(0.0, 2.0, 1.0, 0.1, 8.0, 0.4, 1, 0.9, 0.0, 0.0)
+
+        def touch(self, *fingers: tuple[float, float], depth_mm: float = 0.0) -> None:
+            assert (fingers, depth_mm) == ((), 6.0)
+
+        events = ScriptedOrb.commands
+
+    monkeypatch.setattr(orbtouch, "connect", lambda: TouchedOrb("left"), raising=False)
+    pygame.init()
+    pygame.event.clear()
+    screen = example("follow").screen
+    red = pygame.surfarray.array_red(screen).nonzero()  # (x, y), y from the top
+    assert [round(np.mean(axis)) for axis in red] == [200, 280]
+    assert [np.ptp(axis) for axis in red] == pytest.approx([80, 80], abs=2)
+
+
 def test_the_nearest_neighbour_learns_two_names() -> None:
     pytest.importorskip("pythonosc")
     learner = example("nearest_neighbour").Learner()

@@ -5,12 +5,15 @@ import sys
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pygame
 import pytest
 
 import orbtouch
+from controller.shared.protocol.messages import Command, ContactState, Telemetry
+from host.connection.receiver import Connected, Delivered, Lost, Received
 from tests.support import fake_device
 from tests.support.processes import LineProcess
 
@@ -56,6 +59,54 @@ def test_nobody_at_the_port_is_one_sentence() -> None:
 def test_a_missing_key_is_named_before_anything_connects() -> None:
     with pytest.raises(orbtouch.Error, match=r"nothing\.key"):
         orbtouch.connect("socket://127.0.0.1:9", key="nothing.key")
+
+
+class Told:
+    """A receiver that has got these, and then nothing."""
+
+    def __init__(self, *received: Received) -> None:
+        self.received = [Connected(fake_device.welcome()), *received]
+
+    def poll(self) -> list[Received]:
+        received, self.received = self.received, []
+        return received
+
+
+LANDED = ContactState(7, 2.0, 1.5, 0.1, 6.0, 0.5, 1, 0.9)
+DEEPER = ContactState(8, 2.0, 1.5, 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
+
+
+def test_press_command_and_release_are_told_in_order_with_their_times() -> None:
+    told: Any = Told(
+        Delivered(LANDED, 700),
+        Delivered(Command("drop", "pinch", 0.5, None, 8), 800),
+        Delivered(DEEPER, 800),
+        Delivered(ContactState(8), 900),
+    )
+    press, command, release = orbtouch.Orb(told).events()
+    deepest = orbtouch.Contact(0.8, 2.0, 1.5, 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
+    assert isinstance(press, orbtouch.Press)
+    assert (press.t_s, press.contact.depth_mm) == (0.7, 6.0)
+    assert command == orbtouch.Command(0.8, "drop", "pinch", 0.5, None)
+    assert release == orbtouch.Release(0.9, deepest)
+
+
+def test_contact_frame_and_held_gesture_are_the_present_ones_until_the_link_is_lost() -> None:
+    shares = (0.0, 1.0, 0.0, 0.0, 0.0)
+    felt = Telemetry(8, bytes([126] * 25), shares, None, "press", True, 10.0)
+    told: Any = Told(Delivered(DEEPER, 800), Delivered(felt, 800))
+    orb = orbtouch.Orb(told)
+    assert (orb.contact, orb.frame, orb.held) == (None, None, "")
+    orb.events()
+    contact, frame = orb.contact, orb.frame
+    assert contact is not None
+    assert (contact.angle_deg, orb.held) == (-30.0, "press")
+    assert frame is not None
+    assert (frame.number, frame.t_s) == (8, 0.8)
+    assert frame.image == pytest.approx(-0.01)
+    told.received = [Lost("it was cut off")]
+    assert orb.events() == [orbtouch.Release(0.8, contact)]
+    assert (orb.contact, orb.held) == (None, "")
 
 
 @pytest.mark.slow
