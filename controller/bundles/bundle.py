@@ -26,6 +26,7 @@ from controller.bundles.container import (
     MANIFEST,
     MAX_BYTES,
     REHEARSAL,
+    STATE,
     TAUGHT,
     USER,
     BundleError,
@@ -33,6 +34,7 @@ from controller.bundles.container import (
     check_arrays,
 )
 from controller.bundles.head import EVERYBODY, Head
+from controller.recognition.contact import OUTPUTS, PICTURES, SCALARS, ContactNetwork
 from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
@@ -52,6 +54,7 @@ USUAL, SLOW = "orbtouch.orb", "orbtouch-10hz.orb"  # those that ship, in the pac
 SLOW_HZ = 10.0  # of the second, for the paper's rate and slow devices
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with their own parsers
 LABEL = r"[a-z][a-z0-9_]{0,39}"  # 40 characters fit in a packet
+_GOLDEN = 1e-2  # greatest difference from a golden output, in deviations
 _ENDS = 200, 150  # characters kept of the beginning and the end of a long message
 _USER_OUTPUT = "people"  # output of the user network
 
@@ -124,6 +127,8 @@ class Bundle(BundleSettings):
     user_onnx: bytes = b""
     # how wide a contact is; None in a bundle that cannot tell
     radius: RadiusNetwork | None = None
+    # what touches in each frame; None in a bundle that cannot tell
+    contacts: ContactNetwork | None = None
     # taught rows of the head by user; those for all users under `EVERYBODY`
     taught: AbstractMapping[str, Head] = field(default_factory=dict)
 
@@ -151,6 +156,7 @@ class Bundle(BundleSettings):
             self.strength,
             self.contact,
             self.radius,
+            self.contacts,
         )
 
     @property
@@ -269,6 +275,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         users=known,
         user_onnx=parts.get(USER, b""),
         radius=_read_radius(parts[CONTACT], plain) if CONTACT in parts else None,
+        contacts=_read_contacts(parts[STATE], plain) if STATE in parts else None,
         taught=taught,
     )
 
@@ -314,6 +321,25 @@ def _read_radius(data: bytes, plain: BundleSettings) -> RadiusNetwork:
     return RadiusNetwork(**arrays)
 
 
+def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
+    """Return the network in a part, checked by its golden vectors; BundleError if it is damaged."""
+    what = "a network of what touches"
+    arrays = arrays_of(data, what)
+    units, wide = len(arrays.get("first_bias", ())), PICTURES * plain.rows * plain.columns + SCALARS
+    shapes: dict[str, tuple[int, ...]] = {"first": (units, wide), "first_bias": (units,)}
+    shapes |= {"second": (units, units), "second_bias": (units,), "out": (OUTPUTS, units)}
+    shapes |= {"out_bias": (OUTPUTS,), "scale": (2, 4)}
+    golden = {"golden_inputs": (-1, wide), "golden_outputs": (-1, OUTPUTS)}
+    check_arrays(what, arrays, {**shapes, **golden})
+    given, expected = (arrays.pop(name) for name in golden)
+    network = ContactNetwork(**arrays)
+    if not len(given) or len(given) != len(expected):
+        raise BundleError(f"has {what} with other numbers of golden inputs and outputs")
+    if not np.allclose(network.outputs(given), expected, atol=_GOLDEN):
+        raise BundleError(f"has {what} that does not give its golden outputs")
+    return network
+
+
 def _settings(table: dict[str, Any]) -> BundleSettings:
     """Return the scalar settings of a manifest; BundleError or ConfigError if one is wrong."""
     own = {key: value for key, value in table.items() if key not in _OTHERS}
@@ -335,7 +361,7 @@ def _everywhere(mapping: Mapping) -> bool:
 
 def _check_parts(given: set[str], known: Users) -> None:
     """Refuse parts that no bundle has, missing ones, and a user network of no users."""
-    optional = {CONTACT, REHEARSAL, TAUGHT, *([USER] if known.names else [])}
+    optional = {CONTACT, STATE, REHEARSAL, TAUGHT, *([USER] if known.names else [])}
     if odd := ", ".join(sorted((given ^ set(CONTENT)) - optional)):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
 

@@ -5,8 +5,9 @@
     head.npz        embedding -> probabilities, as trained (`head`)
     location.onnx   the network image -> touch; empty in a bundle without positions
     golden.npz      reference inputs and outputs (`golden`)
-    user.onnx       the network window -> user; a bundle may lack this one and the next three
+    user.onnx       the network window -> user; a bundle may lack this one and the next four
     contact.npz     how wide a contact is (`controller.recognition.contact_radius`)
+    state.npz       what touches in each frame (`controller.recognition.contact`)
     rehearsal.npz   embeddings of the training (`controller.adapt.lessons`)
     taught.npz      rows of the head, and the examples that they were fitted to
     SHA256SUMS      hashes of all parts before it
@@ -36,6 +37,7 @@ MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 EMBEDDING, HEAD, LOCATION = "embedding.onnx", "head.npz", "location.onnx"
 USER = "user.onnx"  # optional: the user network
 CONTACT = "contact.npz"  # optional: the network of contacts' radii
+STATE = "state.npz"  # optional: the network of what touches in each frame
 # optional: embeddings of the training, for few-shot learning, and what was learned
 REHEARSAL, TAUGHT = "rehearsal.npz", "taught.npz"
 CONTENT = (EMBEDDING, HEAD, LOCATION, GOLDEN)

@@ -11,7 +11,8 @@ from controller.bundles.head import Head
 from controller.recognition.contact_radius import RadiusNetwork
 
 SHORT: Final = 8  # digits that pages and captions show
-# Networks are hashed by themselves; the others do not change what a device answers.
+# Networks are hashed by themselves; the others do not change what a device answers, `contacts`
+# (what touches in each frame) included.
 _NO_SETTINGS: Final = (
     "card",
     "golden",
@@ -21,6 +22,7 @@ _NO_SETTINGS: Final = (
     "location_onnx",
     "user_onnx",
     "radius",
+    "contacts",
     "taught",
 )
 

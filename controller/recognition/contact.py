@@ -1,6 +1,40 @@
-"""What touches the sensor, estimated frame by frame: place, depth, number of fingers, angle."""
+"""What touches the sensor, estimated frame by frame: place, depth, number of fingers, angle.
 
-from dataclasses import dataclass
+A small network sees the newest image, what it has been on average for a short and a longer time,
+and how the touch began; it says each quantity with its own deviation. On a quiet sensor the newest
+image decides, on a noisy one the averages: the network has learned both from simulated contacts.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recognition.images.frames import Image
+from controller.shared.aliases import Array, Change, Complex, State
+
+MOST_FINGERS: Final = 3  # a larger number is not told apart
+OUTPUTS: Final = 4 + 3 + 1 + MOST_FINGERS  # of the network
+PICTURES, SCALARS = 4, 15  # among its inputs
+TURNS: Final = 6  # the last of its inputs, which change their sign in a mirror
+_FAST_S, _SLOW_S = 0.05, 0.2  # of the two averages, time constants
+_BEGIN_S: Final = (0.05, 0.15)  # of a touch, against which its angle is measured
+_BEFORE_S: Final = 0.15  # of untouched images: what they show is no part of the touch
+_AGE_S: Final = 0.3  # a longer touch is no different
+_GRACE: Final = 2  # untouched images that do not end a touch
+_FALLEN, _RISEN = 0.5, 1.5  # shares of the peak, and of the least since: another touch begins
+_CLEAR, _DRIFT = 2.2, 0.006  # of a mean image: powers of its noise, and z of the baseline's error
+_GROWN: Final = 1.6  # share of the strength of its beginning
+_LEAST: Final = 0.002  # added to the strength: an image without a touch has none
+_HARMONICS: Final = (1, 2, 3)  # of what lies around the middle of a touch, by which it turns
+_REACH: Final = (0.5, 1.5)  # exponents of the distance, with which they are weighed
+_TINY: Final = 1e-6
+_LEAST_SIGMA: Final = 1e-3  # share of the deviation in training
+
+Matrix = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,3 +63,187 @@ class ContactEstimate:
     fingers_sure: float
     angle_deg: float
     angle_sigma: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactNetwork:
+    """Two hidden layers with relu, from `ContactTracker.inputs` to quantities and their variances.
+
+    The outputs are x, y, depth, angle; the ln variances of place, depth and angle; and the logits
+    of no finger, one, two, more.
+    """
+
+    first: Matrix  # (units, inputs)
+    first_bias: Matrix  # (units,)
+    second: Matrix  # (units, units)
+    second_bias: Matrix  # (units,)
+    out: Matrix  # (OUTPUTS, units)
+    out_bias: Matrix  # (OUTPUTS,)
+    scale: Matrix  # mean and deviation of the quantities in training, (2, 4)
+
+    def outputs(self, inputs: Matrix) -> Matrix:
+        """Return the outputs, (n, OUTPUTS), of inputs (n, inputs)."""
+        hidden = np.maximum(inputs @ self.first.T + self.first_bias, 0.0)
+        hidden = np.maximum(hidden @ self.second.T + self.second_bias, 0.0)
+        return np.asarray(hidden @ self.out.T + self.out_bias, dtype=np.float32)
+
+    def estimate(self, inputs: Matrix) -> ContactEstimate | None:
+        """Return what touches, from the inputs of one frame, (inputs,); None: probably nothing."""
+        out = self.outputs(inputs[None])[0].astype(np.float64)
+        mean, deviation = self.scale.astype(np.float64)
+        x, y, depth_mm, angle_deg = (mean + deviation * out[:4]).tolist()
+        spread = np.maximum(np.exp(0.5 * np.minimum(out[4:7], 4.0)), _LEAST_SIGMA)
+        place, depth, angle = (spread * deviation[[0, 2, 3]]).tolist()
+        share = np.exp(out[7:] - out[7:].max())
+        share /= share.sum()
+        if share[0] > 0.5:
+            return None
+        fingers = 1 + int(share[1:].argmax())
+        return ContactEstimate(
+            *(x, y, place),
+            *(max(0.0, depth_mm), depth),
+            *(fingers, float(share[fingers])),
+            *(0.0 if fingers == 1 else angle_deg, angle),
+        )
+
+    def arrays(self) -> dict[str, Matrix]:
+        """Return the arrays by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+
+class ContactTracker:
+    """What the network needs to know of a touch, frame by frame."""
+
+    def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
+        """Begin untouched, with images of (rows, columns)."""
+        self._shape, self._rate_hz = (rows, columns), rate_hz
+        row, column = np.indices(self._shape)
+        self._taxels = (column + 1j * (rows - 1 - row)).ravel()
+        self._before: deque[Change] = deque(maxlen=max(2, round(_BEFORE_S * rate_hz)))
+        self._begin = tuple(round(at * rate_hz) for at in _BEGIN_S)
+        self._age = 0  # images of the touch; 0: none
+        self._still = 0  # untouched images in a row, during a touch
+        self._peak = self._least = 0.0  # strength of the touch, and the least since that
+        self._ever = np.zeros(self._shape)  # average over touches and pauses
+        self._left, self._fast, self._slow, self._first = np.zeros((4, rows, columns))
+
+    def inputs(self, image: Image, idle: float, *, quiet: bool) -> Matrix | None:
+        """Return the network's inputs for the next image, (inputs,); None while nothing touches.
+
+        They are the image, its two averages and the touch's beginning, each by its strength; the
+        logarithm of the strength, the noise by the strength, the touch's age, and by what the
+        harmonics around its middle have turned.
+
+        Args:
+            image: z, (rows, columns).
+            idle: Mean of |z - 1| while nothing touches.
+            quiet: Nothing touches in this image.
+        """
+        signal = image.astype(np.float64) - 1.0
+        quiet = quiet and self._silent(signal, idle)
+        self._still = self._still + 1 if quiet else 0
+        if self._age == 0 or self._still > _GRACE:
+            if self._age:
+                self.restart()
+            if quiet:
+                self._before.append(signal)
+                return None
+            if len(self._before) > 1:
+                self._left = np.mean(self._before, axis=0)
+        signal = signal - self._left
+        if self._lands(signal):
+            self._age = 0
+        self._age += 1
+        for average, over_s in ((self._fast, _FAST_S), (self._slow, _SLOW_S)):
+            average += (signal - average) * max(1.0 / self._age, 1.0 / (over_s * self._rate_hz + 1))
+        begin, end = self._begin
+        if self._age <= max(1, begin):
+            self._first = signal
+        elif self._age <= max(begin + 1, end):
+            self._first = self._first + (signal - self._first) / (self._age - begin)
+        return self._features(signal, idle)
+
+    def _silent(self, signal: Change, idle: float) -> bool:
+        """Whether the average of signals, (rows, columns), is no more than noise and drift.
+
+        A single image of a noisy sensor hides a touch that the average shows.
+        """
+        newest = 1.0 / (_FAST_S * self._rate_hz + 1)
+        self._ever += (signal - self._ever) * newest
+        noise = newest / (2.0 - newest) * 0.5 * math.pi * idle**2
+        return float(np.square(self._ever).mean()) <= _CLEAR * noise + _DRIFT**2
+
+    def _lands(self, signal: Change) -> bool:
+        """Whether a touch begins, or begins again, with a signal, (rows, columns).
+
+        It does while it grows to more than `_GROWN` of how it began, and where it rises after it
+        had fallen: soon after a touch the sensor is not at rest when the next one lands.
+        """
+        strength = math.sqrt(float(np.square(0.5 * (self._fast + signal)).mean()))
+        if self._age == 0:
+            self._peak = self._least = strength
+            return True
+        begin = math.sqrt(float(np.square(self._first).mean()))
+        self._peak, self._least = max(self._peak, strength), min(self._least, strength)
+        risen = self._least < _FALLEN * self._peak and strength > _RISEN * self._least
+        if not risen and strength <= _GROWN * (begin + _LEAST):
+            return False
+        self._peak = self._least = strength
+        return True
+
+    def beginning(self, course: Array) -> float | None:
+        """Return the mean of a course, (n,), over the touch's beginning; None once that is over."""
+        begin, end = self._begin
+        if self._age > max(begin + 1, end):
+            return None
+        return float(course[-max(1, self._age - begin) :].mean())
+
+    def restart(self) -> None:
+        """Begin another touch with the next image."""
+        self._age = self._still = 0
+        self._before.clear()
+        self._left, self._fast, self._slow, self._first = np.zeros((4, *self._shape))
+
+    def _features(self, signal: Change, idle: float) -> Matrix:
+        """Return the inputs for the newest signal, (rows, columns)."""
+        strength = math.sqrt(float(np.square(self._fast).mean())) + _LEAST
+        begin = math.sqrt(float(np.square(self._first).mean())) + _LEAST
+        parts = (signal / strength, self._fast / strength, self._slow / strength)
+        age = min(1.0, self._age / (_AGE_S * self._rate_hz))
+        rest = (math.log(strength / 0.05), min(idle / strength, 2.0), age)
+        flat = [part.ravel() for part in (*parts, self._first / begin)]
+        turned = self._harmonics(flat[0]) * self._harmonics(flat[3]).conj()
+        turned /= np.sqrt(np.abs(turned) + _TINY)
+        return np.concatenate([*flat, rest, turned.real, turned.imag]).astype(np.float32)
+
+    def _harmonics(self, picture: Change) -> Complex:
+        """Return how a picture, (taxels,), lies around its middle: harmonics, (6,), complex."""
+        weight = np.maximum(np.median(picture) - picture, 0.0) + _TINY
+        weight /= weight.sum()
+        away = self._taxels - weight @ self._taxels
+        distance = np.abs(away) + _TINY
+        found = []
+        for exponent in _REACH:
+            share = weight * distance**exponent
+            share /= share.sum()
+            found += [share @ (away / distance) ** order for order in _HARMONICS]
+        return np.array(found)
+
+    def state(self) -> State:
+        """Return everything remembered, for an exact continuation elsewhere."""
+        before = np.array(self._before) if self._before else np.empty((0, *self._shape))
+        averages = np.array([self._left, self._fast, self._slow, self._first, self._ever])
+        return {
+            "before": before,
+            "averages": averages,
+            "age": np.array([self._age, self._still, self._peak, self._least], dtype=np.float64),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue exactly where `state` was taken."""
+        self._before.clear()
+        self._before.extend(state["before"])
+        averages = state["averages"].copy()
+        self._left, self._fast, self._slow, self._first, self._ever = averages
+        self._age, self._still = int(state["age"][0]), int(state["age"][1])
+        self._peak, self._least = state["age"][2:].tolist()

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.contact import ContactEstimate
+from controller.recognition.contact import ContactEstimate, ContactNetwork, ContactTracker
 from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
 from controller.recognition.images.baseline import StoredBaseline
@@ -34,6 +34,7 @@ LATER: Final = (
     *("debounce.tapped", "debounce.levels", "debounce.lasting"),
     "debounce.recent",
     *("contact.level", "contact.slow", "contact.refused"),
+    *("moving.before", "moving.averages", "moving.age"),
 )
 FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
@@ -114,6 +115,7 @@ class PipelineSettings:
         strength: Touch strength of users without one of their own.
         contact: Gestures that a wide touch cannot be.
         radius: Network of the touch's radius; None: unknown.
+        contacts: Network of what touches in each frame; None: unknown.
     """
 
     labels: tuple[str, ...]
@@ -127,6 +129,7 @@ class PipelineSettings:
     strength: float = 1.0
     contact: ContactSettings = field(default_factory=ContactSettings)
     radius: RadiusNetwork | None = None
+    contacts: ContactNetwork | None = None
 
 
 class Networks:
@@ -180,6 +183,7 @@ class Pipeline:
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
         self._touch = TouchImage(TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._level = ContactLevel(*grid)
+        self._tracker = ContactTracker(*grid, rate_hz)
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
@@ -240,6 +244,7 @@ class Pipeline:
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         self._strength = settings.strength
         self._contact, self._radius = settings.contact, settings.radius
+        self._contacts = settings.contacts
         self._refused = False  # the touch that is held was too wide or narrow for its gesture
         rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
@@ -280,6 +285,7 @@ class Pipeline:
             "preprocess": self._preprocessor.state(),
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
+            "moving": self._tracker.state(),
             "contact": {**self._level.state(), "refused": np.array([float(self._refused)])},
         }
         if self._identifier is not None:
@@ -305,7 +311,7 @@ class Pipeline:
         if not 0 <= min(held) <= max(held) < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not have")
         stages: dict[str, State] = {
-            name: {} for name in ("preprocess", "debounce", "touch", "contact", "users")
+            name: {} for name in ("preprocess", "debounce", "touch", "moving", "contact", "users")
         }
         for key, array in state.items():
             stage, _, name = key.partition(".")
@@ -313,6 +319,7 @@ class Pipeline:
         self._preprocessor.restore(stages["preprocess"])
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
+        self._tracker.restore(stages["moving"])
         self._level.restore(stages["contact"])
         self._refused = bool(stages["contact"]["refused"][0])
         self._held = self._debouncer.held
@@ -331,6 +338,7 @@ class Pipeline:
             last = self._debouncer.restart()
             self._level.restart()
             self._touch.restart(prepared.idle)
+            self._tracker.restart()
         image = prepared.image if prepared.added is None else prepared.added
         level = self._level.step(image, prepared.idle) if prepared.ready else 0.0
         idle, uneven = prepared.idle / self.strength, self._level.uneven
@@ -366,7 +374,15 @@ class Pipeline:
             sigma,
             self.user,
             self.confidence,
+            self._touching(prepared, image),
         )
+
+    def _touching(self, prepared: Prepared, image: Image) -> ContactEstimate | None:
+        """Return what touches in an image, (rows, columns), of the newest contacts."""
+        if self._contacts is None or not prepared.ready:
+            return None
+        inputs = self._tracker.inputs(image, prepared.idle, quiet=prepared.quiet)
+        return None if inputs is None else self._contacts.estimate(inputs)
 
     def _command(
         self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float

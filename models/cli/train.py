@@ -18,6 +18,7 @@ DESCRIPTION: Final = (
 )
 SHARED: Final = ("labels", "all", "window", "seed")
 FLAGS: Final = {"every": "all"}
+SIMULATED: Final = ("contact", "state")  # tasks without recordings
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 EXAMPLE: Final = (
     "Try it (three minutes): models simulate --out data --users 3 --sessions 2, then models train "
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _choose(request)
     options.require("training", "torch", "sklearn", "onnx", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
-    from models.results.training import ContactResult, Training
+    from models.results.training import ContactResult, StateResult, Training
     from models.training.train import train
 
     result = train(request, options.say)
@@ -65,13 +66,13 @@ def run(arguments: argparse.Namespace) -> int:
             f"models train DIR --from {request.out} --epochs 0 --out {request.out}, "
             f"models evaluate {request.out} DIR"
         )
-    elif isinstance(result, ContactResult):
+    elif isinstance(result, ContactResult | StateResult):
         print(result.words)
         follow = f"models evaluate {request.out}, or controller install {request.out}"
     else:
         print(cards.users(result))
         follow = f"controller install {request.out}, or controller --bundle {request.out}"
-    beside = "" if request.task == "contact" else ", and its card and figures beside it"
+    beside = "" if request.task in SIMULATED else ", and its card and figures beside it"
     options.say(f"wrote {request.out}{beside}")
     options.say(f"next: {follow}")
     return 0
@@ -99,11 +100,11 @@ def _choose(request: Request) -> int:
 
 def _check(request: Request) -> None:
     """Raise ValueError for options of another task."""
-    if request.task == "contact":
-        alone = Request((), request.out, "contact", seed=request.seed, base=request.base)
+    if request.task in SIMULATED:
+        alone = Request((), request.out, request.task, seed=request.seed, base=request.base)
         if request != replace(alone, epochs=request.epochs, command=request.command):
             raise ValueError(
-                "--task contact takes --with, --seed and --epochs: contacts are simulated"
+                f"--task {request.task} takes --with, --seed and --epochs: contacts are simulated"
             )
         return
     if not request.paths:

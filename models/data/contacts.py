@@ -89,7 +89,7 @@ def simulate(model: OrbModel, rate_hz: float, seed: int, orbs: int) -> Contacts:
     radii: list[Array] = []
     for number in range(orbs):
         rng = np.random.default_rng([_CONTACTS, seed, number])
-        touches, own, idle = session(_orb(model, rng), rate_hz, rng)
+        touches, own, idle = session(varied_orb(model, rng), rate_hz, rng)
         inputs += [features(touch, idle).astype(np.float16) for touch in touches]
         radii += [radius[1:] for radius in own]
     count = np.repeat(np.arange(len(inputs)), [len(one) for one in inputs])
@@ -218,7 +218,7 @@ def _circles(point: Complex, radius: Array) -> Array:
     return np.where(there.any(axis=1), reach.max(axis=1), np.nan)
 
 
-def _orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
+def varied_orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
     """Return an orb of another physics and noise."""
     made = vary(model, rng)
     fuller = float(np.exp(rng.normal(0.0, _INFLATION)))

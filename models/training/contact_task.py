@@ -3,10 +3,11 @@
 import math
 import os
 import shutil
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import tomli_w
@@ -14,7 +15,6 @@ import torch
 from torch import Tensor, nn
 
 from controller.bundles import bundle, container
-from controller.bundles.bundle import Bundle
 from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recordings.recording import software
 from controller.shared import files, npz
@@ -56,7 +56,11 @@ def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> 
     folder = request.out.with_name(f"{request.out.name}.training")
     rounds = request.epochs or EPOCHS
     checkpoint.claim(folder, ("contacts", loaded.hash, request.seed, orbs, rounds, software()))
-    parts = _simulated(loaded, request.seed, orbs, folder, say)
+    grid = DataSet(rows=loaded.rows, columns=loaded.columns, pitch_mm=loaded.pitch_mm)
+    paths = simulated(
+        folder, partial(_write_part, grid, loaded.rate_hz, orbs), request.seed * PARTS, PARTS, say
+    )
+    parts = [Contacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
     network = fit(parts[:-1], request.seed, rounds, say)
     several = tuple(label for label in loaded.labels if label in SEVERAL)
     settings = ContactSettings(
@@ -65,7 +69,8 @@ def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> 
     lost, through = _shares(network, parts[-1], settings)
     touches = sum(int(one.touch[-1]) + 1 for one in parts[:-1])
     result = ContactResult(request.out.name, touches, lost, through)
-    _write(request, base, network, settings, result)
+    own = {"contact": asdict(settings)}
+    write(request, base, container.CONTACT, npz.pack(network.arrays()), own, result.words)
     shutil.rmtree(folder)
     return result
 
@@ -108,23 +113,24 @@ def _surprise(out: Tensor, wanted: Tensor) -> Tensor:
     return 0.5 * (off * off * torch.exp(-log_variance) + log_variance).mean()
 
 
-def _simulated(loaded: Bundle, seed: int, orbs: int, folder: Path, say: Say) -> list[Contacts]:
-    """Return all parts of the contacts, those simulated earlier read from the folder."""
-    grid = DataSet(rows=loaded.rows, columns=loaded.columns, pitch_mm=loaded.pitch_mm)
-    paths = [folder / f"contacts-{number:02d}.npz" for number in range(PARTS)]
+def simulated(
+    folder: Path, write: Callable[[Path, int], None], seed: int, parts: int, say: Say
+) -> list[Path]:
+    """Return the files of parts, each written by `write(path, its seed)` unless it is there."""
+    paths = [folder / f"contacts-{number:02d}.npz" for number in range(parts)]
     jobs = {
-        number: partial(_write_part, path, grid, loaded.rate_hz, seed * PARTS + number, orbs)
+        number: partial(write, path, seed + number)
         for number, path in enumerate(paths)
         if not path.exists()
     }
-    there, workers = PARTS - len(jobs), os.cpu_count() or 1
+    there, workers = parts - len(jobs), os.cpu_count() or 1
     for done, (_, _, left_s) in enumerate(processes.completed(jobs, workers), there + 1):
         left = formatting.duration(left_s)
-        say(f"contacts: {done} of {PARTS} parts simulated; {left} left")
-    return [Contacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
+        say(f"contacts: {done} of {parts} parts simulated; {left} left")
+    return paths
 
 
-def _write_part(path: Path, grid: DataSet, rate_hz: float, seed: int, orbs: int) -> None:
+def _write_part(grid: DataSet, rate_hz: float, orbs: int, path: Path, seed: int) -> None:
     """Simulate a part of the contacts into its file."""
     made = contacts.simulate(grid.model(), rate_hz, seed, orbs)
     files.atomic_write(path, npz.pack(asdict(made)))
@@ -144,18 +150,14 @@ def _shares(
     return float(no[radius <= FINGER_MM].mean()), float(1.0 - no[radius >= ELBOW_MM].mean())
 
 
-def _write(
-    request: Request,
-    base: Path,
-    network: RadiusNetwork,
-    settings: ContactSettings,
-    result: ContactResult,
+def write(
+    request: Request, base: Path, part: str, data: bytes, settings: dict[str, Any], words: str
 ) -> None:
-    """Write the bundle with the network, its settings, and a line in its card."""
+    """Write the bundle `base` with another part, some settings, and a line in its card."""
     parts = container.unpack(files.read_bytes(base, container.MAX_BYTES))
     table = container.manifest(parts[container.MANIFEST])
     card = table.pop("card")  # it stands last
-    table["contact"] = asdict(settings)
-    table["card"] = {**card, "contact": f"{request.command}; {result.words}"}
-    own = {**container.content(parts), container.CONTACT: npz.pack(network.arrays())}
+    table |= settings
+    table["card"] = {**card, part.removesuffix(".npz"): f"{request.command}; {words}"}
+    own = {**container.content(parts), part: data}
     bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=own)

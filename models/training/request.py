@@ -36,8 +36,9 @@ class Request:
         "",
         "what to train (default: gestures, and places if the recordings have them); user: the user "
         "network, from recordings of several people on several days (docs/users.md); contact: how "
-        "wide a contact is, so that no elbow is answered, from simulated ones, without DIR",
-        choices=("gesture", "location", "user", "contact"),
+        "wide a contact is, so that no elbow is answered, from simulated ones, without DIR; state: "
+        "place, depth, number and angle of the fingers in each frame, as contact",
+        choices=("gesture", "location", "user", "contact", "state"),
     )
     recipe: str = _option(
         "default",

@@ -19,23 +19,25 @@ from models.evaluation import replay, scores, tune
 from models.evaluation.replay import Batched
 from models.results import storage
 from models.results.evaluation import Tuning
-from models.results.training import ContactResult, Training, UserResult
+from models.results.training import ContactResult, StateResult, Training, UserResult
 from models.training.request import Request
 
 
-def train(request: Request, say: Say) -> Training | UserResult | ContactResult:
+def train(request: Request, say: Say) -> Training | UserResult | ContactResult | StateResult:
     """Train networks; write the bundle, its card and its report; ValueError if it is impossible."""
     from models.training import checkpoint
     from models.training.contact_task import train_contacts
     from models.training.loop import prepare_torch
     from models.training.network_bundle import NetworkPlan
+    from models.training.state_task import train_state
     from models.training.user_bundle import UserPlan
 
     refuse_test_seed(request.seed, "this training")
     storage.bundle_target(request.out)
-    if request.task == "contact":
+    if request.task in ("contact", "state"):
         prepare_torch(request.seed)
-        return train_contacts(request, request.base or bundle.default_path(), say)
+        simulated = train_contacts if request.task == "contact" else train_state
+        return simulated(request, request.base or bundle.default_path(), say)
     users = request.task == "user"
     paths = (*request.paths, *request.auxiliary, *request.others)
     rate_hz = read_training(paths).rate_hz

@@ -1,0 +1,177 @@
+"""Simulated contacts that move and deepen as they like, with the truth of every frame.
+
+They teach what touches (`controller.recognition.contact`): one to five fingers that land anywhere,
+wander, deepen, part, close and turn, for a tenth of a second or for seconds, on orbs whose physics
+and noise vary.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recognition.contact import MOST_FINGERS, ContactTracker
+from controller.recognition.images.frames import PreprocessSettings
+from controller.recognition.images.preprocess import Preprocessor
+from controller.shared.aliases import Array, Complex
+from controller.simulator.dome.faults import Fault
+from controller.simulator.hand.gesture import min_jerk
+from controller.simulator.orb import OrbModel, OrbSimulator
+from models.data.contacts import varied_orb
+
+_MOVING: Final = 81  # tag of the seeds
+_SESSION_S, _LEAD_S = 75.0, 3.0  # and the untouched time before it, for the rest image
+_LASTS_S: Final = (0.12, 1.6)  # of touches
+_EACH, _EMPTY = 2, 6  # frames of which one is kept: neighbours are nearly the same
+_LAND_S, _LIFT_S = (0.03, 0.2), (0.05, 0.18)
+_PAUSE_S, _QUICK_S, _QUICK = (0.3, 0.8), (0.03, 0.15), 0.3  # and the share of the latter
+_LEG_S, _STILL = (0.15, 0.7), 0.4  # of a movement, and the share of pauses
+_DEPTH_MM, _DEEPER = (0.8, 12.5), 0.15  # of the deepest, and of each finger beside the others
+_FINGER_MM, _THUMB_MM, _THUMB = (4.5, 9.0), (9.0, 12.0), 0.15  # radii, and the share of the latter
+_FINGERS: Final = (0.53, 0.25, 0.09, 0.08, 0.05)  # shares of one to five
+_APART_MM: Final = (6.0, 22.0)  # of several, from their middle
+_GRIPPED, _GRIP_MM = 0.6, (13.0, 22.0)  # share of three and more that grip, and then that
+_FAN_DEG: Final = (18.0, 42.0)  # from finger to finger
+_TURN_DEG: Final = 50.0  # deviation of a turn
+_MOST_DEG: Final = 110.0
+_STEP_MM, _DEEPEN_MM, _PART_MM = 14.0, 4.0, 6.0  # deviations of movements, each way
+_AWAY, _RIM = 2.2, 1.3  # grid units from the middle, each way; half sides of the grid
+_LATER_S: Final = 0.05  # until the last of several has landed
+_FELT_MM: Final = 0.3  # shallower contacts are none
+_NONE: Final = 1e-12  # weight of what does not touch
+_DEAD: Final = 0.02  # share of dead taxels
+
+
+@dataclass(frozen=True, slots=True)
+class MovingContacts:
+    """Inputs of frames that are touched, and what touches."""
+
+    inputs: NDArray[np.float16]  # of the network, (n, inputs)
+    truth: NDArray[np.float32]  # x, y (grid units), depth (mm), angle (degrees), (n, 4)
+    fingers: NDArray[np.int64]  # number of contacts, at most `MOST_FINGERS`, (n,)
+
+
+def simulate(model: OrbModel, settings: PreprocessSettings, seed: int, orbs: int) -> MovingContacts:
+    """Return the touched frames of 75 s on each of so many orbs."""
+    found = []
+    for number in range(orbs):
+        rng = np.random.default_rng([_MOVING, seed, number])
+        found.append(session(varied_orb(model, rng), settings, rng))
+    return MovingContacts(*(np.concatenate(part) for part in zip(*found, strict=True)))
+
+
+def session(
+    model: OrbModel, settings: PreprocessSettings, rng: np.random.Generator
+) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int64]]:
+    """Return inputs, truth and fingers, as in `MovingContacts`, of one orb."""
+    whole = replace(model, electronics=replace(model.electronics, dead=0.0))
+    slots, rate_hz = len(_FINGERS), settings.rate_hz
+    orb = OrbSimulator(np.random.SeedSequence(rng.integers(2**32)), rate_hz, slots, whole)
+    step_hz = rate_hz * orb.steps_per_frame
+    steps = round(_SESSION_S * rate_hz) * orb.steps_per_frame
+    point, depth = np.zeros((steps, slots), dtype=np.complex128), np.zeros((steps, slots))
+    radius, turned = np.full((steps, slots), _FINGER_MM[0]), np.zeros(steps)
+    at_s = _LEAD_S
+    while at_s < _SESSION_S - _LASTS_S[1]:
+        lasts_s = math.exp(rng.uniform(*np.log(_LASTS_S)))
+        time_s = np.arange(round(lasts_s * step_hz) + 1) / step_hz
+        part = slice(round(at_s * step_hz), round(at_s * step_hz) + len(time_s))
+        count = 1 + int(rng.choice(slots, p=_FINGERS))
+        own = _touch(time_s, count, model, rng)
+        point[part, :count], depth[part, :count], turned[part] = own
+        radius[part] = rng.uniform(*(_THUMB_MM if rng.random() < _THUMB else _FINGER_MM))
+        at_s += lasts_s + rng.uniform(*(_QUICK_S if rng.random() < _QUICK else _PAUSE_S))
+    dead = rng.random((model.rows, model.columns)) < _DEAD * rng.random()
+    orb.electronics.switch(Fault("dead", *place) for place in np.argwhere(dead).tolist())
+    frames = orb.advance(point, depth, radius)
+    each = slice(orb.steps_per_frame - 1, None, orb.steps_per_frame)
+    return _watched(frames, point[each], depth[each], turned[each], model, settings)
+
+
+def _watched(
+    frames: NDArray[np.float32],
+    point: Complex,
+    depth: Array,
+    turned: Array,
+    model: OrbModel,
+    settings: PreprocessSettings,
+) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int64]]:
+    """Return what the device sees of frames, and what is true in each."""
+    stage = Preprocessor(settings, model.rows, model.columns)
+    tracker = ContactTracker(model.rows, model.columns, settings.rate_hz)
+    felt = depth > _FELT_MM
+    inputs, truth, fingers, first = [], [], [], 0.0
+    for at, frame in enumerate(frames):
+        seen = stage.step(frame)
+        given = None
+        if seen.ready:
+            given = tracker.inputs(seen.image, seen.idle, quiet=seen.quiet)
+        if given is None:
+            continue
+        if (mean := tracker.beginning(turned[: at + 1])) is not None:
+            first = mean
+        there = felt[at]
+        if at % (_EACH if there.any() else _EMPTY):
+            continue
+        weights = np.where(there, depth[at], _NONE)
+        middle = complex((weights * point[at]).sum() / weights.sum()) / model.pitch_mm
+        angle = turned[at] - first if there.sum() > 1 else 0.0
+        x, y = middle.real + (model.columns - 1) / 2, middle.imag + (model.rows - 1) / 2
+        inputs.append(given)
+        truth.append((x, y, depth[at].max(), angle))
+        fingers.append(min(int(there.sum()), MOST_FINGERS))
+    return (
+        np.array(inputs, dtype=np.float16),
+        np.array(truth, dtype=np.float32),
+        np.array(fingers, dtype=np.int64),
+    )
+
+
+def _touch(
+    time_s: Array, count: int, model: OrbModel, rng: np.random.Generator
+) -> tuple[Complex, Array, Array]:
+    """Return places (mm from the middle) and depths, (n, count), and angle, (n,), of a touch."""
+    rim_mm = _RIM * model.pitch_mm * max(model.rows, model.columns) / 2
+    away_mm = _AWAY * model.pitch_mm * (1.0 if count == 1 else 0.4)
+    middle = _wander(time_s, rng.uniform(-away_mm, away_mm, 2), _STEP_MM, rng)
+    deep = _wander(time_s, rng.uniform(*_DEPTH_MM, 1), _DEEPEN_MM, rng)[:, 0]
+    deep = np.clip(deep, *_DEPTH_MM)
+    gripped = count > 2 and rng.random() < _GRIPPED
+    if gripped:
+        middle = 0.3 * middle
+    begin, part_mm = (_GRIP_MM, 1.0) if gripped else (_APART_MM, _PART_MM)
+    apart = _wander(time_s, rng.uniform(*begin, 1), part_mm, rng)[:, 0]
+    apart = np.clip(apart, *_APART_MM)
+    turned = _wander(time_s, np.zeros(1), _TURN_DEG, rng)[:, 0]
+    turned = np.clip(turned, -_MOST_DEG, _MOST_DEG)
+    fan = rng.uniform(*_FAN_DEG) * (np.arange(count - 1) - (count - 2) / 2)
+    around = rng.uniform(0.0, 360.0) + np.concatenate([[0.0], 180.0 + fan])
+    around = around + rng.normal(0.0, 5.0, count)
+    place = (middle[:, 0] + 1j * middle[:, 1])[:, None]
+    if count > 1:
+        place = place + apart[:, None] * np.exp(1j * np.radians(around + turned[:, None]))
+    place = place * np.minimum(1.0, rim_mm / np.maximum(np.abs(place), 1e-9))
+    later_s = np.sort(rng.uniform(0.0, _LATER_S, count))
+    land_s, lift_s = rng.uniform(*_LAND_S), rng.uniform(*_LIFT_S)
+    lasts_s = float(time_s[-1])
+    scale = min(1.0, lasts_s / (land_s + lift_s + _LATER_S))
+    down = min_jerk((time_s[:, None] - later_s * scale) / (land_s * scale))
+    up = min_jerk((lasts_s - time_s[:, None]) / (lift_s * scale))
+    each = np.exp(rng.normal(0.0, _DEEPER, count))
+    depth = deep[:, None] * np.minimum(down, up) * each / each.max()
+    return place.astype(np.complex128), depth, np.where(count > 1, turned, 0.0)
+
+
+def _wander(time_s: Array, begin: Array, step: float, rng: np.random.Generator) -> Array:
+    """Return a smooth course from its beginning, (k,), as (n, k): legs of movement, and pauses."""
+    course = np.repeat(begin[None], len(time_s), axis=0)
+    at_s = 0.0
+    while at_s < time_s[-1]:
+        leg_s = rng.uniform(*_LEG_S)
+        if rng.random() >= _STILL:
+            way = rng.normal(0.0, step, len(begin))
+            course = course + way * min_jerk((time_s - at_s) / leg_s)[:, None]
+        at_s += leg_s
+    return course

@@ -1,0 +1,43 @@
+"""Training what touches in each frame, on simulated contacts that move."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+
+from controller.bundles import bundle, fingerprint
+from controller.simulator.orb import NOMINAL
+from models.data import moving_contacts
+from models.training.request import Request
+from models.training.state_task import train_state
+
+pytestmark = pytest.mark.train
+
+USUAL = bundle.default_path()
+
+
+def test_a_bundle_learns_it_and_recognises_as_before(tmp_path: Path) -> None:
+    said: list[str] = []
+    request = Request((), tmp_path / "aim.orb", "state", epochs=2, command="models train")
+    result = train_state(request, USUAL, said.append, orbs=1)
+    assert "state: epoch 2 of 2" in said[-1]
+    made, before = bundle.read(request.out), bundle.read(USUAL)
+    assert made.contacts is not None
+    assert made.embedding_onnx == before.embedding_onnx
+    assert result.place_mm < 15.0
+    assert "simulated frames; median errors" in made.card["state"]
+    assert fingerprint.fingerprint(made) == fingerprint.fingerprint(before)  # of its answers
+
+
+def test_the_truth_beside_each_frame_is_of_what_touches_in_it() -> None:
+    settings = bundle.read(USUAL).preprocess
+    made = moving_contacts.simulate(NOMINAL, settings, seed=5, orbs=1)
+    assert len(made.inputs) == len(made.truth) == len(made.fingers)
+    there = made.fingers > 0
+    assert 0.3 < there.mean() < 1.0
+    assert (made.truth[there, 2] > 0.3).all()
+    assert (made.truth[made.fingers == 1, 3] == 0.0).all()
+    strength = made.inputs[:, 100].astype(float)  # its logarithm
+    assert np.corrcoef(strength[there], made.truth[there, 2])[0, 1] > 0.5
