@@ -21,7 +21,7 @@ except ModuleNotFoundError as error:
     ) from error
 
 from tetris.bots.placements import find, find_spins
-from tetris.engine.board import EMPTY, row_shift
+from tetris.engine.board import EMPTY, GARBAGE, row_shift
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.moves import Spin, entered
 from tetris.engine.pieces import KINDS, LAST_KICK, SHAPES, STRIDE, Kind, Piece
@@ -41,6 +41,18 @@ INPUTS: Final[tuple[tuple[Action, ...], ...]] = (
 )
 _ABOVE_ROWS: Final = 4  # rows above the visible ones that an observation shows
 _NUMBERS: Final[dict[Kind | None, int]] = {None: 0} | {kind: n for n, kind in enumerate(KINDS, 1)}
+_CELL: Final = 12  # pixels, the side of a block of a picture
+_COLOURS: Final[dict[str, tuple[int, int, int]]] = {
+    EMPTY: (16, 20, 30),
+    GARBAGE: (112, 120, 140),
+    "I": (77, 208, 225),
+    "O": (255, 213, 79),
+    "T": (186, 104, 200),
+    "S": (129, 199, 100),
+    "Z": (239, 100, 97),
+    "J": (92, 132, 235),
+    "L": (255, 160, 72),
+}
 _TURNS: Final = 4
 _KICKS: Final = {Spin.FULL: LAST_KICK, Spin.MINI: 0, Spin.NONE: None}  # judged so; best first
 _STANDARD: Final = Config()
@@ -49,7 +61,10 @@ _STANDARD: Final = Config()
 class TetrisEnv(gymnasium.Env[Observation, np.int64]):
     """One game an episode; `game` is its engine, to look at."""
 
-    metadata = {"render_modes": ["ansi"], "render_fps": 20}  # noqa: RUF012 (Gymnasium's own)
+    metadata = {  # noqa: RUF012 (Gymnasium's own)
+        "render_modes": ["ansi", "rgb_array"],
+        "render_fps": 20,
+    }
 
     def __init__(
         self,
@@ -67,7 +82,7 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
                 passes.
             config: The rules.
             step_s: The time that an input takes.
-            render_mode: "ansi" or None.
+            render_mode: "ansi", "rgb_array" or None.
         """
         self.acts = acts
         self.render_mode = render_mode
@@ -110,9 +125,12 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
         over = game.phase is Phase.OVER
         return self._observe(), float(game.score - before), over, False, info
 
-    def render(self) -> str | None:
-        """Return the visible rows and the four above them as text, the piece in small letters."""
-        if self.render_mode != "ansi":
+    def render(self) -> str | NDArray[np.uint8] | None:
+        """Return the visible rows and the four above them, by the mode of the environment.
+
+        "ansi": text, the piece in small letters. "rgb_array": a picture, (12 rows, 12 columns, 3).
+        """
+        if self.render_mode not in self.metadata["render_modes"]:
             return None
         game = self.game
         rows = [list(row) for row in game.board.rows[: self._rows]]
@@ -120,7 +138,10 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
         for x, y in game.piece.cells if game.in_play else ():
             if y < self._rows:
                 rows[y][x] = game.piece.kind.lower()
-        return "\n".join("".join(row) for row in reversed(rows))
+        if self.render_mode == "ansi":
+            return "\n".join("".join(row) for row in reversed(rows))
+        colours = [[_COLOURS[mark.upper()] for mark in row] for row in reversed(rows)]
+        return np.array(colours, np.uint8).repeat(_CELL, axis=0).repeat(_CELL, axis=1)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return the actions in reach, (actions,); of inputs, all are always allowed."""
@@ -187,7 +208,8 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
             bits |= (game.piece.mask >> floor & self._block) << size
         raw = np.frombuffer(bits.to_bytes(self._bytes, "little"), np.uint8)
         cells = np.unpackbits(raw, count=2 * size, bitorder="little").reshape(2, rows, STRIDE)
-        cells = cells[:, ::-1, 1 : self._config.columns + 1]  # without walls, the top row first
+        # Without walls, the top row first, and as other libraries take it without a copy.
+        cells = np.ascontiguousarray(cells[:, ::-1, 1 : self._config.columns + 1])
         numbers = _NUMBERS
         pieces = bytearray((numbers[game.hold], game.can_hold))
         pieces += bytes([numbers[kind] for kind in game.next])

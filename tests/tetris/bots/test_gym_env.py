@@ -146,3 +146,21 @@ def test_the_game_is_drawn_as_text() -> None:
     env.reset(seed=1)
     set_up(env.game, Board.parse("JJJ.", 4), Piece("O", 0, 2))
     assert env.render() == "....\n" * 4 + "oo..\noo..\n....\nJJJ."
+
+
+def test_a_picture_has_the_top_row_first_and_the_piece_in_its_colour() -> None:
+    env = TetrisEnv(config=Config(rows=4, columns=4), render_mode="rgb_array")
+    env.reset(seed=3)
+    set_up(env.game, Board.parse("JJJ.", 4), Piece("O", 0, 2))
+    picture = env.render()
+    assert isinstance(picture, np.ndarray)
+    assert picture.shape == (8 * 12, 4 * 12, 3)
+    well, yellow, blue = (16, 20, 30), (255, 213, 79), (92, 132, 235)
+    assert tuple(picture[-1, 0]) == blue
+    assert tuple(picture[-1, -1]) == tuple(picture[0, 0]) == well
+    assert (picture == yellow).all(axis=2).sum() == 4 * 12 * 12
+
+
+def test_observations_are_contiguous() -> None:
+    seen, _ = TetrisEnv().reset(seed=3)
+    assert all(array.flags.c_contiguous and array.flags.writeable for array in seen.values())
