@@ -69,16 +69,16 @@ class HighScores:
         self._records: dict[str, _Record] = {}
         self._read()
 
-    def best(self, mode: str) -> tuple[Entry, ...]:
-        """Return a mode's best games, the best first, ten at most."""
-        return tuple(self._records.get(mode, _Record()).best)
+    def best(self, mode: str, level: int = 1) -> tuple[Entry, ...]:
+        """Return a mode's best games from a start level, the best first, ten at most."""
+        return tuple(self._records.get(_name(mode, level), _Record()).best)
 
-    def games(self, mode: str) -> tuple[int, int]:
-        """Return how many games of a mode ended, and how many of them reached their goal."""
-        record = self._records.get(mode, _Record())
+    def games(self, mode: str, level: int = 1) -> tuple[int, int]:
+        """Return how many games ended, and how many of them reached their goal, like `best`."""
+        record = self._records.get(_name(mode, level), _Record())
         return record.games, record.won
 
-    def add(self, mode: Mode, entry: Entry, *, won: bool) -> int | None:
+    def add(self, mode: Mode, entry: Entry, *, won: bool, level: int = 1) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
         A game by time has a place if it was won, one by pace if the pace has risen.
@@ -86,7 +86,7 @@ class HighScores:
         until the program ends.
         """
         self._read()
-        record = self._records.setdefault(mode.name, _Record())
+        record = self._records.setdefault(_name(mode.name, level), _Record())
         record.games += 1
         record.won += won
         place = PLACES
@@ -119,6 +119,11 @@ class HighScores:
             write_beside(self._path, text.encode("ascii"))
         except OSError as error:
             self.trouble = f"cannot write {self._path}: {error.strerror or error}"
+
+
+def _name(mode: str, level: int) -> str:
+    """Return the name of a list: each start level has one, and level 1 that of the mode."""
+    return mode if level == 1 else f"{mode}.{level}"
 
 
 def _load(path: Path) -> dict[str, _Record]:

@@ -182,7 +182,8 @@ class Saves:
             replay,
             pace_hz=pace_of(game.row_us),
         )
-        place = self.records.add(mode, entry, won=isinstance(game.result, Finish))
+        won, level = isinstance(game.result, Finish), game.config.start_level
+        place = self.records.add(mode, entry, won=won, level=level)
         return SavedGame(place, notice or self.records.trouble)
 
     def replays(self) -> list[Path]:

@@ -196,22 +196,30 @@ class BindingScreen(MenuScreen):
 
 
 def best_screen(stage: Stage, saves: Saves, attract: AttractMode, first: str) -> MenuScreen:
-    """Return the best games, a mode at a time, beginning with the mode `first`."""
+    """Return the best games, a mode and start level at a time, beginning with the mode `first`."""
     names = list(MODES)
-    place = names.index(first)
+    place, level = names.index(first), stage.settings.level
 
     def turn(step: int) -> None:
         nonlocal place
         place = (place + step) % len(names)
 
+    def turn_level(step: int) -> None:
+        nonlocal level
+        level = stepped(Settings(level=level), "level", step).level
+
     def build() -> Menu:
         words, name = stage.look.words, names[place]
-        entries = saves.records.best(name)
+        start = level if MODES[name].levels else 1
+        entries = saves.records.best(name, start)
         title = words(f"modes.{name}.title")
-        items = [Item(words("best.mode"), value=title, step=turn), back_item(stage)]
+        items = [Item(words("best.mode"), value=title, step=turn)]
+        if MODES[name].levels:
+            items.append(Item(words("menu.level"), value=str(start), step=turn_level))
+        items.append(back_item(stage))
         none = [Row((words("best.none"),))]
         table = _table(entries, MODES[name].ranking, words) if entries else none
-        games, won = saves.records.games(name)
+        games, won = saves.records.games(name, start)
         played = words("best.games", games=games, won=won) if won < games else ""
         return Menu(words("best.title"), items, table, notice=saves.records.trouble or played)
 

@@ -53,6 +53,16 @@ def test_a_game_that_was_kept_without_a_pace_has_none(tmp_path: Path) -> None:
     assert HighScores(tmp_path).best("marathon") == (GAME,)
 
 
+def test_each_start_level_has_a_list_of_its_own(tmp_path: Path) -> None:
+    records, marathon = HighScores(tmp_path), MODES["marathon"]
+    assert records.add(marathon, replace(GAME, score=165_000), won=True) == 1
+    assert records.add(marathon, replace(GAME, score=390_000), won=True, level=20) == 1
+    again = HighScores(tmp_path)
+    assert [entry.score for entry in again.best("marathon")] == [165_000]
+    assert [entry.score for entry in again.best("marathon", 20)] == [390_000]
+    assert (again.games("marathon", 20), again.best("marathon", 2)) == ((1, 1), ())
+
+
 def test_of_equals_the_earlier_one_leads(tmp_path: Path) -> None:
     records = HighScores(tmp_path)
     add(records, "marathon", score=500, lines=1)
