@@ -22,7 +22,14 @@ from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.errors import how_to_install
 from controller.shared.keymap.keymap import KeyMap
-from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
+from controller.shared.protocol.messages import (
+    Command,
+    ContactState,
+    Message,
+    State,
+    Telemetry,
+    Welcome,
+)
 
 CLASSIC = "classic"
 
@@ -56,6 +63,7 @@ class HidLink(KeyLink, BluetoothLink):
             notify=self._report_host,
             store=partial(hosts.remember, place),
             rate_hz=welcome.rate_hz,
+            grid=(welcome.rows, welcome.columns),
         )
         self._registration = RegistrationThread(
             _transport(self._device, welcome.name, classic=classic), adapter
@@ -67,10 +75,11 @@ class HidLink(KeyLink, BluetoothLink):
             raise LinkAwayError(f"cannot be a Bluetooth gamepad: {error}") from None
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Press the keys of a command, for as long as the State messages report it as held."""
+        """Press the keys of a command while States report it as held; move the axes by contacts."""
         if not self.connected:
             self.dropped += 1
-        if isinstance(message, Command | State | Telemetry) and not self._closed.is_set():
+        taken = isinstance(message, Command | ContactState | State | Telemetry)
+        if taken and not self._closed.is_set():
             self._registration.submit(self._take(message))
 
     def close(self) -> None:

@@ -22,10 +22,17 @@ from typing import Final
 from controller.links.base import KeyLink, LinkError
 from controller.links.bluetooth.hid import held_keys, reports
 from controller.links.bluetooth.hid.held_keys import HeldKeys
-from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, RELEASED, Report
+from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, RELEASED, Report, supersedes
 from controller.shared.errors import reason
 from controller.shared.keymap.keymap import KeyMap
-from controller.shared.protocol.messages import Command, Message, State, Telemetry, Welcome
+from controller.shared.protocol.messages import (
+    Command,
+    ContactState,
+    Message,
+    State,
+    Telemetry,
+    Welcome,
+)
 from controller.shared.request_queue import RequestQueue
 
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
@@ -39,7 +46,8 @@ log = logging.getLogger(__name__)
 def create(url: str, welcome: Welcome, access: object) -> UsbLink:
     """Create the gadget; LinkError or KeyMapError if that is not possible."""
     udc, keys = held_keys.parse(url, "usb:, then a name in /sys/class/udc if there are several")
-    return UsbLink(keys, Gadget(welcome.name, udc), welcome.rate_hz)
+    grid = welcome.rows, welcome.columns
+    return UsbLink(keys, Gadget(welcome.name, udc), welcome.rate_hz, grid)
 
 
 class UsbReports:
@@ -50,20 +58,24 @@ class UsbReports:
     """
 
     def __init__(
-        self, key_map: KeyMap, write: Callable[[Report], None], rate_hz: float = 40.0
+        self,
+        key_map: KeyMap,
+        write: Callable[[Report], None],
+        rate_hz: float = 40.0,
+        grid: tuple[int, int] = (5, 5),
     ) -> None:
         """Begin without a host; `write` raises BlockingIOError while one does not read.
 
-        The device has `rate_hz` frames a second.
+        The device has `rate_hz` frames a second, of (rows, columns).
         """
         self.ready = False
-        self._keys = HeldKeys(key_map, rate_hz)
+        self._keys = HeldKeys(key_map, rate_hz, grid)
         self._queue: list[Report] = []
         self._blocked_s: dict[int, float] = {}  # since when, by report id
         self._write = write
 
     def take(self, message: Message, now_s: float) -> None:
-        """Press or release keys by a message of the device; without a host, do nothing."""
+        """Change keys or axes by a message of the device; without a host, do nothing."""
         if self.ready:
             self._keys.take(message, now_s)
 
@@ -84,7 +96,10 @@ class UsbReports:
         if not self.ready and not self._queue:
             self._queue = list(RELEASED)
         self._keys.tick(now_s)
-        self._queue += self._keys.reports()
+        for report in self._keys.reports():
+            if self._queue and supersedes(report, self._queue[-1]):
+                self._queue.pop()  # a contact never waits behind another
+            self._queue.append(report)
         for note in self._keys.notes + ["USB has one host"] * len(self._keys.hosts):
             log.info("%s", note)
         self._keys.notes, self._keys.hosts = [], []
@@ -123,21 +138,27 @@ class UsbReports:
 class UsbLink(KeyLink):
     """Link to the one host at the USB port, connected while it reads reports."""
 
-    def __init__(self, keys: KeyMap, gadget: Gadget, rate_hz: float = 40.0) -> None:
+    def __init__(
+        self,
+        keys: KeyMap,
+        gadget: Gadget,
+        rate_hz: float = 40.0,
+        grid: tuple[int, int] = (5, 5),
+    ) -> None:
         """Use a gadget until `close`, in a thread."""
         super().__init__()
         self._messages: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         self._gadget = gadget
-        self._reports = UsbReports(keys, gadget.write, rate_hz)
+        self._reports = UsbReports(keys, gadget.write, rate_hz, grid)
         self._thread = threading.Thread(target=self._run, name="usb", daemon=True)
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Press the keys of a command, for as long as the State messages report it as held."""
+        """Press the keys of a command while States report it as held; move the axes by contacts."""
         if not self.connected:
             self.dropped += 1
-        elif isinstance(message, Command | State | Telemetry):
+        elif isinstance(message, Command | ContactState | State | Telemetry):
             self._messages.put(message)
 
     def close(self) -> None:

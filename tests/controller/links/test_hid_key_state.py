@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.links.bluetooth.hid.held_keys import GAP_S, HeldKeys
-from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad, keyboard
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, axes, gamepad, keyboard
 from controller.shared.keymap.keymap import KeyMapError, load, parse
-from controller.shared.protocol.messages import Command, Telemetry
+from controller.shared.protocol.messages import Command, ContactState, Telemetry
 
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "press", True, 40.0)
 MAP = """
@@ -66,6 +66,34 @@ def test_a_key_is_up_300_ms_after_the_last_frame_and_only_a_new_touch_holds_it_a
     assert keys.down == ["down"]
 
 
+FINGER = ContactState(1, 1.0, 3.0, depth_mm=6.0, fingers=1)
+
+
+def test_a_contact_moves_the_axes_beside_the_buttons_and_its_end_centres_them() -> None:
+    player = player_of()
+    player.take(FINGER, 1.0)
+    assert player.reports() == [gamepad((), axes(FINGER, (5, 5)))]
+    player.take(FINGER, 1.025)
+    assert player.reports() == []  # nothing has changed
+    player.take(Command("left", "press", 0.9, None, 2), 1.05)
+    assert player.reports() == [gamepad({"left"}, axes(FINGER, (5, 5)))]
+    player.take(ContactState(1), 1.06)
+    assert player.reports() == [gamepad({"left"})]
+
+
+def test_axes_are_centred_300_ms_after_the_last_contact_and_for_another_host() -> None:
+    player = player_of()
+    player.take(FINGER, 1.0)
+    player.reports()
+    assert player.due_s == pytest.approx(1.3)
+    player.tick(1.301)
+    assert player.reports() == [gamepad(())]
+    player.take(FINGER, 2.0)
+    assert player.reset() == RELEASED
+    player.take(FRAME, 2.01)
+    assert player.reports() == []
+
+
 def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:
     player = player_of()
     player.command("left", 1.0)
@@ -77,7 +105,9 @@ def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:
 
 
 steps = st.tuples(
-    st.sampled_from(["left", "right", "down", "drop", "hold", "pause", "menu", "state", "word"]),
+    st.sampled_from(
+        ["left", "right", "down", "drop", "hold", "pause", "menu", "state", "word", "touch"]
+    ),
     st.floats(0.0, 0.3),
 )
 
@@ -90,6 +120,8 @@ def test_whatever_was_pressed_is_up_once_the_orb_is_silent(script: list[tuple[st
         now_s += pause_s
         if name == "state":
             player.state((), now_s)
+        elif name == "touch":
+            player.take(FINGER, now_s)
         elif name == "word":
             player.still_held(now_s)
         else:

@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.links.bluetooth.hid import reports
+from controller.shared.protocol.messages import ContactState
 from tests.reference import hid
 
 HOST = hid.parse(reports.REPORT_MAP)
 KEYS, LEDS, BUTTONS, DESKTOP = 0x07 << 16, 0x08 << 16, 0x09 << 16, 0x01 << 16
 X, Y, HAT = DESKTOP | 0x30, DESKTOP | 0x31, DESKTOP | 0x39
+ACROSS, DOWN, TRIGGER = DESKTOP | 0x32, DESKTOP | 0x35, 0x02 << 16 | 0xC4  # Z, Rz, accelerator
 FIRST_MODIFIER = KEYS | 0xE0
 
 
@@ -33,7 +35,7 @@ def test_a_host_finds_one_keyboard_and_one_gamepad() -> None:
     assert HOST.ids(hid.OUTPUT) == {reports.KEYBOARD}
     assert HOST.bits(hid.INPUT, reports.KEYBOARD) == 64  # as the boot protocol's
     assert HOST.bits(hid.OUTPUT, reports.KEYBOARD) == 8
-    assert HOST.bits(hid.INPUT, reports.GAMEPAD) == 40
+    assert HOST.bits(hid.INPUT, reports.GAMEPAD) == 64
 
 
 def test_the_lights_of_the_keyboard_are_five() -> None:
@@ -44,7 +46,8 @@ def test_the_lights_of_the_keyboard_are_five() -> None:
 def test_nothing_is_down_in_the_reports_that_release_everything() -> None:
     for report in reports.RELEASED:
         assert down(report.id, report.data) == set()
-    assert pad() == {**{BUTTONS | n: 0 for n in range(1, 17)}, HAT: None, X: 0, Y: 0}
+    rest = {HAT: None, **dict.fromkeys((X, Y, ACROSS, DOWN, TRIGGER), 0)}
+    assert pad() == {**{BUTTONS | n: 0 for n in range(1, 17)}, **rest}
     assert {report.id for report in reports.RELEASED} == HOST.ids(hid.INPUT)
 
 
@@ -99,6 +102,31 @@ def test_the_hat_points_clockwise_from_up(names: tuple[str, ...], degrees: int |
     assert field.state.unit == 0x14  # degrees
     value = pad(*names)[HAT]
     assert (None if value is None else low + value * (high - low) // 7) == degrees
+
+
+@pytest.mark.parametrize(
+    ("contact", "across", "towards", "depth"),
+    [
+        (ContactState(1, 0.0, 4.0, depth_mm=3.0, fingers=1), -127, -127, 64),  # far left
+        (ContactState(1, 2.0, 2.0, depth_mm=12.0, fingers=2), 0, 0, 255),  # the middle, fully
+        (ContactState(1, 4.3, -0.2, depth_mm=15.0, fingers=1), 127, 127, 255),  # beyond near right
+        (ContactState(1), 0, 0, 0),  # the contact has ended
+    ],
+)
+def test_a_host_reads_place_and_depth_as_axes(
+    contact: ContactState, across: int, towards: int, depth: int
+) -> None:
+    report = reports.gamepad(("a",), reports.axes(contact, (5, 5)))
+    values = HOST.decode(hid.INPUT, reports.GAMEPAD, report.data)
+    assert (values[ACROSS], values[DOWN], values[TRIGGER]) == (across, towards, depth)
+    assert (values[BUTTONS | 1], values[X], values[Y]) == (1, 0, 0)
+
+
+def test_only_a_contact_is_replaced_by_a_newer_one() -> None:
+    touch = reports.axes(ContactState(1, 3.0, 1.0, depth_mm=5.0, fingers=1), (5, 5))
+    assert reports.supersedes(reports.gamepad(()), reports.gamepad((), touch))
+    assert not reports.supersedes(reports.gamepad(()), reports.gamepad(("a",), touch))
+    assert not reports.supersedes(reports.keyboard("abcd"), reports.keyboard("abc"))
 
 
 def test_the_keyboards_report_is_the_one_of_the_boot_protocol() -> None:

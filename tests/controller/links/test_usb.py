@@ -18,12 +18,13 @@ from controller.links.bluetooth.hid.reports import (
     OUTPUTS,
     RELEASED,
     Report,
+    axes,
     gamepad,
     keyboard,
 )
 from controller.links.usb import CONFIGFS, FUNCTIONS, PATIENCE_S, UDCS, Gadget, UsbLink, UsbReports
 from controller.shared.keymap import keymap
-from controller.shared.protocol.messages import Bye, Command, Hello, State
+from controller.shared.protocol.messages import Bye, Command, ContactState, Hello, State
 from tests.reference import hid
 from tests.support.fake_device import welcome
 from tests.support.waiting import until
@@ -150,6 +151,21 @@ def test_an_interface_that_is_not_read_holds_nothing_up_and_keeps_no_presses() -
     host.errors = {}
     orb.step(0.2 + PATIENCE_S, configured=True)
     assert host.heard() == [gamepad(())]
+
+
+def test_the_newest_contact_alone_waits_for_a_host_that_does_not_read() -> None:
+    host = Host()
+    orb = UsbReports(PAD, host.write)
+    orb.step(0.0, configured=True)
+    host.heard()
+    host.errors = {GAMEPAD: errno.EAGAIN}
+    for frame in range(1, 9):
+        contact = ContactState(frame, frame / 2, 2.0, depth_mm=6.0, fingers=1)
+        orb.take(contact, 0.02 * frame)
+        orb.step(0.02 * frame, configured=True)
+    host.errors = {}
+    orb.step(0.2, configured=True)
+    assert host.heard() == [gamepad((), axes(contact, (5, 5)))]
 
 
 @pytest.mark.parametrize(("rate_hz", "release_s"), [(40.0, 0.3), (10.0, 0.3), (5.0, 0.6)])

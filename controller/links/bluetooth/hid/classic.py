@@ -15,7 +15,7 @@ from dbus_fast.service import ServiceInterface
 
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, HidChannels, record
-from controller.links.bluetooth.hid.reports import Report
+from controller.links.bluetooth.hid.reports import Report, supersedes
 from controller.links.bluetooth.serial_profile import BT_SECURITY, MANAGER, MEDIUM, SOL_BLUETOOTH
 from controller.shared.bluetooth.bluez import (
     ADAPTER,
@@ -140,6 +140,9 @@ class ClassicTransport(HidTransport):
         address = self._hid.hosts.active
         host = self._hosts.get(address)
         if host is not None and (message := host.channels.report(report)) is not None:
+            last = host.waiting[-1] if host.waiting else bytes(2)
+            if supersedes(report, Report(last[1], last[2:])):
+                host.waiting.pop()  # a contact never waits behind another
             host.waiting.append(message)
             self._write(address, host)
 

@@ -6,27 +6,66 @@ from typing import Final
 from urllib.parse import parse_qsl
 
 from controller.links.base import LinkError
-from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, Report, gamepad, keyboard
+from controller.links.bluetooth.hid.reports import (
+    NO_CONTACT,
+    OUTPUTS,
+    RELEASED,
+    Report,
+    axes,
+    gamepad,
+    keyboard,
+)
 from controller.shared.keymap import keymap
 from controller.shared.keymap.key_state import KeyState
 from controller.shared.keymap.keymap import KeyMap
-from controller.shared.protocol.messages import Command, Message, State, Telemetry, hold_ms
+from controller.shared.protocol.messages import (
+    Command,
+    ContactState,
+    Message,
+    State,
+    Telemetry,
+    hold_ms,
+)
 
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
 
 class HeldKeys(KeyState):
-    """Keys of a HID device, which are armed from the beginning."""
+    """Keys and axes of a HID device, which are armed from the beginning."""
 
-    def __init__(self, key_map: KeyMap, rate_hz: float = 40.0) -> None:
-        """Begin with released keys; a loop that sends no frames, `rate_hz`, holds nothing."""
+    def __init__(
+        self, key_map: KeyMap, rate_hz: float = 40.0, grid: tuple[int, int] = (5, 5)
+    ) -> None:
+        """Begin with released keys; a loop that sends no frames, `rate_hz`, holds nothing.
+
+        `grid` is the sensor's, (rows, columns).
+        """
         super().__init__(key_map, armed=True, gap_s=GAP_S, silence_s=hold_ms(rate_hz) / 1000)
         self._reported: list[str] = []  # what is down in the latest reports
         self._latest = RELEASED
+        self._grid = grid
+        self._axes, self._touched_s = NO_CONTACT, 0.0  # of the contact, and when it came
+
+    @property
+    def due_s(self) -> float | None:
+        """Time of the next change by `tick`, None if there is none."""
+        times = [super().due_s]
+        if self._axes != NO_CONTACT:
+            times.append(self._touched_s + self._silence_s)
+        return min((time_s for time_s in times if time_s is not None), default=None)
+
+    def tick(self, now_s: float) -> None:
+        """Advance to the present time; axes rest if no newer contact has come."""
+        super().tick(now_s)
+        if now_s >= self._touched_s + self._silence_s:
+            self._axes = NO_CONTACT
 
     def take(self, message: Message, now_s: float) -> None:
-        """Press or release keys by a message of the device: Command, State or Telemetry."""
+        """Change keys or axes by a message: Command, State, Telemetry or ContactState."""
         match message:
+            case ContactState():
+                self.tick(now_s)
+                self._axes, self._touched_s = axes(message, self._grid), now_s
             case Command(name=name):
                 self.command(name, now_s)
             case State(pressed=pressed):
@@ -43,17 +82,21 @@ class HeldKeys(KeyState):
             keys = [stroke.key for stroke in group]
             self._reported = [key for key in self._reported if key not in keys]
             self._reported += keys if down else []
-            pad = {key.removeprefix("pad_") for key in self._reported if key.startswith("pad_")}
-            typed = [key for key in self._reported if not key.startswith("pad_")]
-            latest = (keyboard(typed), gamepad(pad))
-            reports += [report for report in latest if report not in self._latest]
-            self._latest = latest
-        return reports
+            reports += self._changed()
+        return reports or self._changed()
+
+    def _changed(self) -> list[Report]:
+        """Return the reports that differ from the latest."""
+        pad = {key.removeprefix("pad_") for key in self._reported if key.startswith("pad_")}
+        typed = [key for key in self._reported if not key.startswith("pad_")]
+        before, self._latest = self._latest, (keyboard(typed), gamepad(pad, self._axes))
+        return [report for report in self._latest if report not in before]
 
     def reset(self) -> tuple[Report, ...]:
         """Release all keys; return the reports of that, also if nothing was held."""
         self.release()
         self.strokes, self._reported, self._latest = [], [], RELEASED
+        self._axes = NO_CONTACT
         return RELEASED
 
 

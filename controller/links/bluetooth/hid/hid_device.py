@@ -32,13 +32,14 @@ class HidDevice:
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
         rate_hz: float = 40.0,
+        grid: tuple[int, int] = (5, 5),
     ) -> None:
-        """Prepare the device, of so many frames a second; `hosts` has the loop's clock.
+        """Prepare the device, of so many frames a second and a grid; `hosts` has the loop's clock.
 
         `notify` is called with the address of a new active host, "" if there is none; `store` with
         the hosts to store for the next run.
         """
-        self.keys = HeldKeys(key_map, rate_hz)
+        self.keys = HeldKeys(key_map, rate_hz, grid)
         self.hosts = hosts
         self._waiting: list[Report] = []
         self._notify = notify
@@ -67,7 +68,7 @@ class HidDevice:
             self._timer.cancel()
 
     def take(self, message: Message) -> None:
-        """Press or release keys by a message of the device: Command, State or Telemetry."""
+        """Change keys or axes by a message, see `HeldKeys.take`."""
         self.keys.take(message, self._now_s())
         if self.keys.hosts:
             self._release()

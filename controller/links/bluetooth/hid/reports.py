@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from controller.shared.keymap.keymap import Outputs
+from controller.shared.protocol.messages import ContactState
 
 KEYBOARD: Final = 1  # report ids
 GAMEPAD: Final = 2
@@ -17,6 +18,8 @@ KEYS: Final = 6  # that a keyboard's report has room for, modifiers apart
 LAST_KEY: Final = 0xE7  # the highest usage of a key: right Meta
 BUTTONS: Final = 16
 STICK: Final = 127  # a stick's end; its middle is 0
+TRIGGER: Final = 255  # pressed fully
+FULL_MM: Final = 12.0  # depth of a contact that presses the trigger fully
 HAT_MIDDLE: Final = 8  # outside of 0..7: the null state, no direction
 
 # Tag and type of each item: section 6.2.2.4 to 6.2.2.8. The two lowest bits hold the size.
@@ -31,7 +34,7 @@ _SIGNED: Final = ("logical_minimum", "logical_maximum", "physical_minimum", "phy
 
 _CONSTANT, _VARIABLE, _ARRAY, _NULLABLE = 0x01, 0x02, 0x00, 0x42  # of input and output items
 _APPLICATION: Final = 1  # kind of collection
-_DESKTOP, _KEYS_PAGE, _LEDS, _BUTTON_PAGE = 0x01, 0x07, 0x08, 0x09  # usage pages
+_DESKTOP, _SIMULATION, _KEYS_PAGE, _LEDS, _BUTTON_PAGE = 0x01, 0x02, 0x07, 0x08, 0x09  # usage pages
 _DEGREES: Final = 0x14  # unit: English rotation
 
 _Items = tuple[tuple[str, int | None], ...]
@@ -52,7 +55,8 @@ _KEYBOARD_ITEMS: Final[_Items] = (
     ("end_collection", None),
 )  # fmt: skip
 _GAMEPAD_ITEMS: Final[_Items] = (
-    # A gamepad: buttons, a hat, and a stick for the games that look for nothing else.
+    # A gamepad: buttons, a hat, and a stick for the games that look for nothing else; then the
+    # contact as right stick and right trigger, where Android expects them.
     ("usage_page", _DESKTOP), ("usage", 0x05), ("collection", _APPLICATION),
     ("report_id", GAMEPAD),
     ("usage_page", _BUTTON_PAGE), ("usage_minimum", 1), ("usage_maximum", BUTTONS),
@@ -64,9 +68,12 @@ _GAMEPAD_ITEMS: Final[_Items] = (
     ("report_size", 4), ("report_count", 1), ("input", _NULLABLE),
     ("physical_minimum", 0), ("physical_maximum", 0), ("unit", 0),
     ("report_size", 4), ("report_count", 1), ("input", _CONSTANT),
-    ("usage", 0x30), ("usage", 0x31),
+    ("usage", 0x30), ("usage", 0x31), ("usage", 0x32), ("usage", 0x35),
     ("logical_minimum", -STICK), ("logical_maximum", STICK),
-    ("report_size", 8), ("report_count", 2), ("input", _VARIABLE),
+    ("report_size", 8), ("report_count", 4), ("input", _VARIABLE),
+    ("usage_page", _SIMULATION), ("usage", 0xC4),
+    ("logical_minimum", 0), ("logical_maximum", TRIGGER),
+    ("report_size", 8), ("report_count", 1), ("input", _VARIABLE),
     ("end_collection", None),
 )  # fmt: skip
 
@@ -144,6 +151,7 @@ _HAT_VALUES: Final = {
     (0, -1): 0, (1, -1): 1, (1, 0): 2, (1, 1): 3, (0, 1): 4, (-1, 1): 5, (-1, 0): 6, (-1, -1): 7,
     (0, 0): HAT_MIDDLE,
 }  # fmt: skip
+NO_CONTACT: Final = bytes(3)
 _FIRST_MODIFIER: Final = KEY_USAGES["ctrl"]
 _ROLL_OVER: Final = 0x01  # in every place: more keys are down than a report has room for
 
@@ -166,15 +174,34 @@ def keyboard(keys: Sequence[str]) -> Report:
     return Report(KEYBOARD, bytes([modifiers, 0, *plain]).ljust(2 + KEYS, b"\0"))
 
 
-def gamepad(names: Collection[str]) -> Report:
-    """Return the gamepad's report of held buttons and directions of hat and stick.
+def axes(contact: ContactState, grid: tuple[int, int]) -> bytes:
+    """Return the axes of a contact on a grid of (rows, columns): across, towards the player, depth.
 
-    Opposite directions cancel each other.
+    The outermost taxels are the ends, `FULL_MM` the trigger's; without fingers all rest.
+    """
+    if not contact.fingers:
+        return NO_CONTACT
+    rows, columns = (max(count - 1, 1) for count in grid)
+    sides = 2 * contact.x / columns - 1, 1 - 2 * contact.y / rows
+    place = bytes(round(STICK * min(max(side, -1), 1)) & 0xFF for side in sides)
+    return place + bytes([round(TRIGGER * min(max(contact.depth_mm / FULL_MM, 0), 1))])
+
+
+def supersedes(newer: Report, older: Report) -> bool:
+    """Return whether two reports are the gamepad's, and differ in the contact at most."""
+    size = len(NO_CONTACT)
+    return newer.id == older.id == GAMEPAD and newer.data[:-size] == older.data[:-size]
+
+
+def gamepad(names: Collection[str], contact: bytes = NO_CONTACT) -> Report:
+    """Return the gamepad's report of held buttons, directions of hat and stick, and a contact.
+
+    Opposite directions cancel each other. `contact` is by `axes`.
     """
     buttons = sum(1 << number - 1 for name, number in BUTTON_NUMBERS.items() if name in names)
     hat = _HAT_VALUES[_way(_HAT, names)]
     stick = bytes(STICK * side & 0xFF for side in _way(_STICK, names))
-    return Report(GAMEPAD, buttons.to_bytes(2, "little") + bytes([hat]) + stick)
+    return Report(GAMEPAD, buttons.to_bytes(2, "little") + bytes([hat]) + stick + contact)
 
 
 def _way(ways: dict[str, tuple[int, int]], names: Collection[str]) -> tuple[int, int]:
