@@ -43,6 +43,8 @@ class Settings:
     grid: bool = True
     fullscreen: bool = False
     scale: int = 100  # of letters and menus, per cent
+    figure_4: str = "time_s"  # beside the board, after the three of the mode, like the next
+    figure_5: str = "pieces_per_s"
     language: str = ""  # its file's name, or "" for the system's
     effects: int = 70  # volume, per cent, like the next two
     clicks: int = 40  # of menus
@@ -50,6 +52,11 @@ class Settings:
     introduced: bool = False  # whether the introduction to the orb was offered
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
+
+    @property
+    def figures(self) -> tuple[str, str]:
+        """The figures beside the board that the player chose."""
+        return self.figure_4, self.figure_5
 
 
 class Look:
@@ -81,11 +88,15 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
 )
 """Of each number the least, the most, and the step with which a menu changes it."""
 
+FIGURES: Final = ("time_s", "pieces_per_s", "pieces", "commands_per_piece", "score", "none")
+
 CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
         "control": ("aim", "buttons"),  # by the touched column; by commands
         "initial": ("off", "tap", "hold"),  # those pressed while no piece is in play; all held
         "theme": tuple(PALETTES),
+        "figure_4": FIGURES,
+        "figure_5": FIGURES,
         "language": ("", *language.names()),
     }
 )
@@ -93,7 +104,10 @@ CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "play": ("mode", "orb_mode", "control", "level", "introduced"),
     "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms"),
-    "screen": ("theme", "patterns", "motion", "ghost", "grid", "scale", "fullscreen", "language"),
+    "screen": (
+        *("theme", "patterns", "motion", "ghost", "grid", "scale", "figure_4", "figure_5"),
+        *("fullscreen", "language"),
+    ),
     "sound": ("effects", "clicks", "tones"),
 }
 """Names of settings by the part of the file that they stand in."""

@@ -93,6 +93,8 @@ def _item(stage: Stage, name: str) -> Item:
     if name == "language":
         own = language.load(value or language.of_system())("language")
         written = own if value else words("settings.language_auto", name=own)
+    elif name.startswith("figure"):
+        written = words("bindings.none" if value == "none" else f"over.{value}")
     elif name in CHOICES:
         written = words(f"settings.{name}_{value}")
     elif isinstance(value, bool):

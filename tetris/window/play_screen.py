@@ -16,7 +16,7 @@ from tetris.kit.bindings import Code, DueAction, Keys
 from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
-from tetris.window.view import Figure, GameView, figures_of
+from tetris.window.view import GameView, figures_of
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
@@ -269,9 +269,13 @@ class PlayScreen(Screen):
     def draw(self, surface: pygame.Surface, time_s: float) -> list[pygame.Rect]:
         """Draw the game."""
         game, mode, pace = self.session.game, self.session.mode, self.session.pace
-        rate_hz = pace.rate_hz if pace else None
-        figures = figures_of(game, by_time=mode.ranking == "time", rate_hz=rate_hz)
-        figures.append(Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"))
+        figures = figures_of(
+            game,
+            self._stage.settings.figures,
+            by_time=mode.ranking == "time",
+            rate_hz=pace.rate_hz if pace else None,
+            commands_per_piece=self.session.statistics.commands_per_piece,
+        )
         self._view.place(self._stage.area, self._stage.look)
         changed = self._view.draw(
             surface,

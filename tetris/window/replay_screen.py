@@ -113,7 +113,8 @@ class ReplayScreen(MenuScreen):
         self._game_view.place(beside, stage.look)
         game = self._player.game
         mode = MODES.get(self._player.replay.mode)
-        figures = figures_of(game, by_time=bool(mode and mode.ranking == "time"))
+        chosen, by_time = self._stage.settings.figures, bool(mode and mode.ranking == "time")
+        figures = figures_of(game, chosen, by_time=by_time)
         self._game_view.draw(surface, game, self._player.time_s, figures=figures)
         self._view.draw(surface, column, self._menu, self.selected, unit)
         self._draw_bar(surface, area, unit)

@@ -41,8 +41,15 @@ class Figure:
     share: float | None = None  # how much of a bar below it is filled, 0 to 1
 
 
-def figures_of(game: Game, *, by_time: bool = False, rate_hz: float | None = None) -> list[Figure]:
-    """Return what matters most in a game first.
+def figures_of(
+    game: Game,
+    chosen: Sequence[str],
+    *,
+    by_time: bool = False,
+    rate_hz: float | None = None,
+    commands_per_piece: float | None = None,
+) -> list[Figure]:
+    """Return what matters most in a game first, then what the player chose of `FIGURES`.
 
     `by_time` is whether it is a race to its goal, `rate_hz` the player's commands a second.
     """
@@ -73,7 +80,18 @@ def figures_of(game: Game, *, by_time: bool = False, rate_hz: float | None = Non
         begun, end = goal_of(game.level, config.start_level)
         share = (game.lines - begun) / (end - begun)
         figures = [score, Figure("figures.level", f"{game.level:,}", share), lines]
-    return [*figures, Figure("figures.pieces", f"{game.pieces_placed:,}")]
+    per_piece = "–" if commands_per_piece is None else f"{commands_per_piece:.2f}"
+    pieces = Figure("figures.pieces", f"{game.pieces_placed:,}")
+    more = {
+        "time_s": Figure(time.key, time.value[:-3]),
+        "pieces_per_s": Figure("figures.pieces_per_s", f"{game.pieces_per_s:.2f}"),
+        "pieces": pieces,
+        "commands_per_piece": Figure("figures.commands_per_piece", per_piece),
+        "score": score,
+    }
+    taken = {figure.key.replace("time_left", "time") for figure in figures}
+    further = [more[name] for name in chosen if name in more]
+    return figures + [pieces if figure.key in taken else figure for figure in further]
 
 
 def clock(seconds: float) -> str:
@@ -176,7 +194,7 @@ class GameView:
         if (columns, rows) != (self.layout.columns, self.layout.rows):
             area = self.layout.area
             self._lay_out(Layout.inside(area, columns, rows, self._look.scale))
-        figures = figures_of(game) if figures is None else figures
+        figures = figures_of(game, self._look.settings.figures) if figures is None else figures
         lit = hint is not None and hint.actions[0] is Action.HOLD and game.in_play
         landing = hint.landing if hint and game.in_play else None
         veiled = game.phase is not Phase.RUNNING and not ready

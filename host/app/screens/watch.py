@@ -49,6 +49,7 @@ class WatchScreen(GamePage):
         seed = secrets.randbits(_SEED_BITS) if seed is None else seed
         self.session = Session.new(MODES["orb_marathon"], seed, stage.settings)
         self._time_s, self._seen_s = 0.0, stage.time_s  # of the game, and of the last frame
+        self._chosen = stage.settings.figures
         self._take_over, self._free = take_over, False  # whether the dome has been let go
         self._meet(orb)
         super().__init__(stage, orb, self.session.game)
@@ -159,7 +160,7 @@ class WatchScreen(GamePage):
 
     def figures(self) -> Sequence[Figure]:
         """Return the game's numbers."""
-        return figures_of(self.game)
+        return figures_of(self.game, self._chosen)
 
     def lines(self, time_s: float) -> list[Line]:
         """Return what the hand means, what was understood, and how often the two agreed."""

@@ -140,18 +140,26 @@ def test_every_name_of_a_clear_is_in_the_language_file() -> None:
 # -- figures -------------------------------------------------------------------------------
 
 
-def keys(config: Config, *, by_time: bool = False) -> list[str]:
-    game = Game(1, config)
-    return [figure.key.removeprefix("figures.") for figure in figures_of(game, by_time=by_time)]
+def keys(config: Config, *chosen: str, by_time: bool = False) -> list[str]:
+    figures = figures_of(Game(1, config), chosen, by_time=by_time)
+    return [figure.key.removeprefix("figures.") for figure in figures]
 
 
 def test_each_kind_of_game_shows_what_it_is_about() -> None:
-    assert keys(Config()) == ["score", "level", "lines", "pieces"]
-    assert keys(Config(lines_goal=150)) == ["score", "level", "lines_left", "pieces"]
-    assert keys(Config(lines_goal=40), by_time=True) == ["time", "lines_left", "pieces"]
-    assert keys(Config(time_limit_s=120.0)) == ["time_left", "score", "lines", "pieces"]
+    assert keys(Config()) == ["score", "level", "lines"]
+    assert keys(Config(lines_goal=150)) == ["score", "level", "lines_left"]
+    assert keys(Config(lines_goal=40), by_time=True) == ["time", "lines_left"]
+    assert keys(Config(time_limit_s=120.0)) == ["time_left", "score", "lines"]
     dig = Config(board="###.######", dig=True)
-    assert keys(dig, by_time=True) == ["time", "garbage", "lines", "pieces"]
+    assert keys(dig, by_time=True) == ["time", "garbage", "lines"]
+
+
+def test_the_player_chooses_two_more_and_none_is_shown_twice() -> None:
+    usual = Settings().figures
+    assert keys(Config(), *usual)[3:] == ["time", "pieces_per_s"]
+    assert keys(Config(lines_goal=40), *usual, by_time=True)[2:] == ["pieces", "pieces_per_s"]
+    assert keys(Config(time_limit_s=120.0), *usual)[3:] == ["pieces", "pieces_per_s"]
+    assert keys(Config(), "none", "commands_per_piece")[3:] == ["commands_per_piece"]
 
 
 @pytest.mark.parametrize(

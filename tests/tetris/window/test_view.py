@@ -94,7 +94,7 @@ def test_drawing_what_changed_gives_the_picture_that_drawing_all_of_it_gives(nam
         view.draw(whole, game, frame / 60, hint=hint, ready=ready)
         assert pygame.image.tobytes(kept, "RGB") == pygame.image.tobytes(whole, "RGB"), frame
         saved += not changed
-    assert saved > 300
+    assert saved > 250  # the figures of time change, too
 
 
 def test_words_can_be_drawn_again_after_pygame_was_quit() -> None:
