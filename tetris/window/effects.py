@@ -34,6 +34,7 @@ _FADE_FROM: Final = 0.7  # of its time
 _MOST: Final = 24  # effects alive at once; a fast player would pile them up
 
 _LINE_SOUNDS: Final = ("lock", "single", "double", "triple", "tetris")
+_MOST_COMBO: Final = 5  # no combo sounds higher
 _SOUNDS: Final[Mapping[type[Event], str]] = {
     happened.Rotated: "rotate",
     happened.Held: "hold",
@@ -284,7 +285,12 @@ def praise(event: happened.Locked, look: Look) -> list[Line]:
 
 def sounds_of(events: Iterable[Event]) -> Iterable[tuple[str, str]]:
     """Return the sounds of the events of a frame and their kinds of volume, each sound once."""
-    return dict.fromkeys(map(_sound_of, events))
+    heard: dict[tuple[str, str], None] = {}
+    for event in events:
+        heard[_sound_of(event)] = None
+        if isinstance(event, happened.Locked) and event.clear.combo > 0:
+            heard[f"combo_{min(_MOST_COMBO, event.clear.combo)}", "effects"] = None
+    return heard
 
 
 def _sound_of(event: Event) -> tuple[str, str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from math import ceil
 from operator import itemgetter
 from typing import Final
 
@@ -16,7 +17,7 @@ from tetris.kit.bindings import Code, DueAction, Keys
 from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
-from tetris.window.view import GameView, figures_of
+from tetris.window.view import GameView, figures_of, in_danger
 
 READY_S: Final = 0.9  # before the first piece moves
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
@@ -24,6 +25,7 @@ ASK_S: Final = 30.0  # of play, after which a restart is asked for
 LONGEST_S: Final = 0.25  # that one frame may bring
 _POINTER_S: Final = 2.0  # after the mouse has moved, in which it is seen
 _LEAST_BUTTON: Final = 26  # pixels, of the button that pauses
+_LAST_S: Final = 5  # of a limited time, which are counted down
 _REST_S: Final = 1.2  # after the end, before a menu covers the board
 _INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
@@ -56,6 +58,7 @@ class PlayScreen(Screen):
         self._begin_s: float | None = None  # when the piece begins to move
         self._over_s: float | None = None
         self._resuming = False
+        self._warned = 0, False  # the count down and the danger that were heard
         self._hold_spent = False  # whether the hold that is held down has swapped a piece
         self._moved_s = -_POINTER_S  # when the mouse moved last, by the window's clock
         self._tapped: set[Action] = set()  # turns and holds while no piece is in play
@@ -184,9 +187,28 @@ class PlayScreen(Screen):
             self.pause()
         elif self._begun:
             self._play([each for each in due if each.action not in _OURS])
+        self._warn()
         for sound in sounds_of(self._heard):  # all of a frame together
             self._stage.sounds.play(*sound)
         self._heard = []
+
+    @property
+    def _count(self) -> int:
+        """The number of a count down: 3 to 1 after a pause, 5 to 1 before time is over; else 0."""
+        game = self.session.game
+        if self._resuming and self._begin_s is not None and not self._begun:
+            return min(3, 1 + int(3 * (self._begin_s - self._time_s) / RESUME_S))
+        left_s = (game.config.time_limit_s or 0.0) - game.time_s
+        return ceil(left_s) if 0 < left_s <= _LAST_S and game.phase is Phase.RUNNING else 0
+
+    def _warn(self) -> None:
+        """Sound a count down, and a stack that has come near the top."""
+        (count, danger), game = self._warned, self.session.game
+        self._warned = self._count, in_danger(game)
+        if self._warned[0] not in (0, count):
+            self._stage.sounds.play("count", "effects")
+        if self._warned[1] and not danger:
+            self._stage.sounds.play("danger", "effects")
 
     def _ask_restart(self) -> None:
         """Begin anew; a game of more than ASK_S is paused, and the menu offers it."""
@@ -294,9 +316,7 @@ class PlayScreen(Screen):
         """Return what is said before the first piece, or the count down after a pause."""
         if self._begun or self._stage.screen is not self:
             return ""
-        if self._resuming and self._begin_s is not None:
-            return str(min(3, 1 + int(3 * (self._begin_s - self._time_s) / RESUME_S)))
-        return self._stage.look.words("view.ready")
+        return str(self._count or self._stage.look.words("view.ready"))
 
     def _draw_button(self, surface: pygame.Surface) -> None:
         palette, place = self._stage.look.palette, self.button

@@ -106,6 +106,11 @@ def per_second(rate_hz: float | None) -> str:
     return "–" if rate_hz is None else f"{rate_hz:.2f}/s"
 
 
+def in_danger(game: Game) -> bool:
+    """Return whether the stack is near the top."""
+    return game.board.height > game.config.rows - _DANGER_ROWS
+
+
 class GameView:
     """Draws a game: the board, what is held and what comes, the figures, and what happened."""
 
@@ -276,7 +281,7 @@ class GameView:
 
     def _draw_danger(self, surface: pygame.Surface, game: Game) -> None:
         """Light the frame while the stack is near the top."""
-        if game.board.height > self.layout.rows - _DANGER_ROWS and game.phase is Phase.RUNNING:
+        if in_danger(game) and game.phase is Phase.RUNNING:
             wide = max(2, self.layout.cell // 12)
             frame = self.layout.board.inflate(2 * wide, 2 * wide)
             radius = self.layout.cell // 5

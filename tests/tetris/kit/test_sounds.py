@@ -9,11 +9,14 @@ import pytest
 from tests.support.tetris_games import set_up
 from tetris.engine import events as happened
 from tetris.engine.board import Board
+from tetris.engine.events import Locked
 from tetris.engine.game import Action, Game
+from tetris.engine.moves import Spin
 from tetris.engine.pieces import KINDS, Piece
+from tetris.engine.scoring import Clear
 from tetris.kit import sounds
 from tetris.kit.settings import Settings
-from tetris.kit.sounds import Sounds
+from tetris.kit.sounds import SOUNDS, Sounds
 from tetris.window.effects import sounds_of
 
 
@@ -57,6 +60,18 @@ def test_a_lock_sounds_like_what_it_cleared(board: str, piece: Piece, sound: str
     set_up(game, Board.parse(board), piece)
     game.update(0.0)
     assert (sound, "effects") in sounds_of(game.update(0.0, [Action.HARD_DROP]))
+
+
+def test_a_combo_sounds_higher_with_each_lock_and_beside_the_clear() -> None:
+    clears = [Clear(1, Spin.NONE, False, combo, False, 100) for combo in (0, 1, 2, 9)]
+    heard = [
+        [name for name, _ in sounds_of([Locked(0.0, Piece("O", 8, 0), (0,), clear)])]
+        for clear in clears
+    ]
+    assert heard == [
+        ["single"], ["single", "combo_1"], ["single", "combo_2"], ["single", "combo_5"]
+    ]  # fmt: skip
+    assert {f"combo_{step}" for step in range(1, 6)} | {"danger", "count"} <= SOUNDS.keys()
 
 
 @pytest.mark.parametrize("name", ["drop", "lock"])

@@ -8,17 +8,27 @@ import pytest
 
 from tests.support.pytest_types import Patch
 from tests.support.tetris_player import FRAME_S, Player, open_app
-from tetris.engine.game import Action, Phase
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Finish, Phase
 from tetris.engine.modes import MODES, pace_of
 from tetris.engine.rules import Config
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.history.replay import Recorder
 from tetris.kit import theme
 from tetris.kit.settings import CHOICES, Settings
+from tetris.kit.sounds import Sounds
 from tetris.window.app import App, Start
 from tetris.window.game_session import Session
 from tetris.window.play_screen import ASK_S, LONGEST_S, READY_S, RESUME_S, PlayScreen
 from tetris.window.replay_screen import ReplayScreen
+
+
+@pytest.fixture
+def heard(monkeypatch: Patch) -> list[str]:
+    """The names of the sounds that are played."""
+    names: list[str] = []
+    monkeypatch.setattr(Sounds, "play", lambda _, name, kind: names.append(name))
+    return names
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
@@ -52,6 +62,26 @@ def test_a_frame_that_comes_seconds_late_passes_a_quarter_of_a_second(player: Pl
     assert session.game.pieces_placed == placed
     player.key(pygame.K_SPACE)
     assert session.game.pieces_placed == placed + 1
+
+
+def test_a_count_down_and_a_high_stack_are_heard(window: pygame.Surface, heard: list[str]) -> None:
+    player = open_app(window, Start(mode="orb_ultra", seed=3))
+    player.wait(READY_S + 0.1)
+    player.key(pygame.K_p)
+    player.key(pygame.K_RETURN)
+    player.wait(RESUME_S)
+    assert heard.count("count") == 3
+    game = player.game.session.game
+    game.board = Board.parse("J.........\n" * 17)
+    player.wait(0.3)
+    assert heard.count("danger") == 1
+    game.board = Board.parse("")
+    while game.phase is Phase.RUNNING:
+        player.now_s += LONGEST_S
+        player.app.advance(player.now_s, [])
+        game.board = Board.parse("")
+    assert game.result is Finish.TIME
+    assert heard.count("count") == 3 + 5
 
 
 def test_a_game_goes_on_after_three_two_one(player: Player, monkeypatch: Patch) -> None:
