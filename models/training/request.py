@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
 
-TaskName = Literal["gesture", "location", "user", "contact", ""]
+TaskName = Literal["gesture", "location", "user", "contact", "state", ""]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
 FOLDERS: Final = {"type": Path, "nargs": "+"}

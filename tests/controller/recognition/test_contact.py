@@ -72,7 +72,7 @@ def test_two_fingers_are_no_single_one() -> None:
 
 def test_a_tracker_continues_exactly_where_its_state_was_taken() -> None:
     rng = np.random.default_rng(1)
-    images = [1.0 - 0.1 * rng.random((5, 5)).astype("f4") for _ in range(12)]
+    images = [(1.0 - 0.1 * rng.random((5, 5))).astype(np.float32) for _ in range(12)]
     whole, other = ContactTracker(5, 5, 40.0), ContactTracker(5, 5, 40.0)
     for image in images[:6]:
         whole.inputs(image, 0.003, quiet=False)
