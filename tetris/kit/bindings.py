@@ -113,7 +113,7 @@ class DueAction(NamedTuple, Generic[Action]):
 
 
 class Keys(Generic[Action]):
-    """Turns presses into actions. Feed it `press` and `release`, ask `poll` every frame."""
+    """Turns presses into actions. Feed it `press` and `release`, ask `due` every frame."""
 
     def __init__(
         self,
