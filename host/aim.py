@@ -7,6 +7,7 @@ settled one drops the piece; the column is then the one from before the rise.
 """
 
 import math
+import statistics
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -21,26 +22,30 @@ DROP_MM: Final = 3.0  # above it: the piece drops; simulated hands differ by 1 m
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 FOLLOW: Final = 0.05  # the settled depth's share of a rise, each frame: a finger tires
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
-SIGMAS: Final = 3.0  # a rise of so many deviations of the estimated depth is no noise
+RISEN_MM: Final = 2.0  # above it: the piece drops even if the estimate falls at once
+SIGMAS: Final = 3.0  # a rise of so many deviations of the settled depth is no noise
+LEAST_JITTER_MM: Final = 0.3  # of that deviation
+SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
 MEAN_FRAMES: Final = 3  # that depth is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
 FINE: Final = ((3.0, 1.5), (6.0, 6.0))  # finger's way, piece's way, in columns; equal beyond
 RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
+LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
+GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows
 LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
 _HALF: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """Contact in one frame: place in grid units, depth in mm, and their deviations."""
+    """Contact in one frame: place in grid units and its deviation, depth in mm."""
 
     x: float
     y: float
     depth_mm: float
     fingers: int = 1
     place_sigma: float = 0.0
-    depth_sigma: float = 0.0
 
 
 class Aim:
@@ -60,12 +65,13 @@ class Aim:
     def _end(self) -> None:
         self._landed = self.touching = self._upper = False
         self._steers = True  # before its depth has settled, too
+        self._several = 0  # frames with several fingers, less those with one
         self._rest()
 
     def _rest(self) -> None:
         """Forget depth and place, as of a new touch."""
         self._settled_mm: float | None = None
-        self._deepest_mm = 0.0
+        self._deepest_mm, self._jitter_mm, self._risen_s = 0.0, LEAST_JITTER_MM, -math.inf
         self._anchor: tuple[float, float] | None = None  # x, and the piece's middle there
         self._goal: tuple[int, int] | None = None  # width and left column of the piece
         self._recent: deque[tuple[float, Touch]] = deque()
@@ -82,15 +88,21 @@ class Aim:
         if touch is None:
             holds = self._upper and self._landed
             if self._landed:
-                self._lifted_s = now_s
-            self._end()
+                self._lifted_s, self._landed = now_s, False
             return [Action.HOLD] if holds else []
+        lightest_mm = ECHO_MM if now_s < self._lifted_s + GAP_S else LIGHTEST_MM
+        if not self._landed and touch.depth_mm < lightest_mm:
+            return []
         if not self._landed:
+            self._end()
             self._landed = self.touching = True
             self._from = _number(game), _span(game)[0]
-        if touch.fingers > 1 and self.touching:
+        self._several = max(0, self._several + (1 if touch.fingers > 1 else -1))
+        if self._several >= SEVERAL_FRAMES and self.touching:
             self._spend()
             return self._back(game)
+        if touch.fingers > 1:
+            return []
         self._recent.append((now_s, touch))
         while self._recent[0][0] < now_s - SETTLE_S:
             self._recent.popleft()
@@ -125,7 +137,7 @@ class Aim:
         seen = self._recent
         if len(seen) < 2 or now_s - seen[0][0] < SETTLE_S * (1 - 1 / len(seen)) - 1e-9:
             return False
-        return self._change("depth_mm") < max(SETTLED_MM, seen[-1][1].depth_sigma)
+        return self._change("depth_mm") < SETTLED_MM
 
     def _rests(self, touch: Touch) -> bool:
         """Whether the finger slides no more."""
@@ -138,6 +150,8 @@ class Aim:
 
     def _settle(self, game: Game) -> None:
         self._settled_mm, self._steers = _mean(self._recent, "depth_mm"), True
+        jitter_mm = statistics.pstdev(touch.depth_mm for _, touch in self._recent)
+        self._jitter_mm = max(LEAST_JITTER_MM, jitter_mm)
         x, scale = _mean(self._recent, "x"), game.config.columns / self._across
         width, left = self._aim(x * scale, self._recent[-1][1], game)
         self._anchor = x, left + width / 2
@@ -146,8 +160,13 @@ class Aim:
         depth_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "depth_mm")
         self._deepest_mm = max(self._deepest_mm, depth_mm)
         settled_mm = self._settled_mm or self._deepest_mm
-        rise, noise = depth_mm - settled_mm, SIGMAS * touch.depth_sigma / math.sqrt(MEAN_FRAMES)
-        if rise >= max(DROP_MM, 2 * noise):
+        rise, noise = depth_mm - settled_mm, SIGMAS * self._jitter_mm / math.sqrt(MEAN_FRAMES)
+        added_mm = touch.depth_mm - (self._settled_mm or math.inf)
+        if added_mm >= max(RISEN_MM, SIGMAS * self._jitter_mm):
+            self._risen_s = now_s
+        # The added part of a touch may be taken for another one beside it, of little depth.
+        fell = touch.depth_mm < settled_mm / 2 and now_s < self._risen_s + BEFORE_S
+        if fell or rise >= max(DROP_MM, 2 * noise):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
             self._rest()

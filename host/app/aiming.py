@@ -5,13 +5,14 @@ from typing import Final, TypeGuard
 from controller.shared.protocol.messages import Command, ContactState, Message, Welcome
 from host.actions import ACTIONS
 from host.aim import Aim, Touch
+from host.ui.orb_state import OrbState
 from host.ui.zones import Columns
 from tetris.engine.game import Action, Game
 from tetris.kit.stage import Screen, Stage
 from tetris.window.menu_screen import MenuScreen
 from tetris.window.play_screen import PlayScreen
 
-_SURE: Final = 0.6  # probability from which several fingers are no single one
+SURE: Final = 0.6  # probability from which several fingers are no single one
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 
 
@@ -22,9 +23,9 @@ class Aiming:
         given: Whether the connected orb has given a contact.
     """
 
-    def __init__(self, stage: Stage) -> None:
-        """Follow the setting of a stage."""
-        self._stage = stage
+    def __init__(self, stage: Stage, orb: OrbState) -> None:
+        """Follow the setting of a stage, and the gestures of an orb."""
+        self._stage, self._orb = stage, orb
         self._aim, self.given = Aim(), False
         self._rows = 4  # of the dome, less one
         self._steered = False  # whether the touch has moved the piece
@@ -65,7 +66,7 @@ class Aiming:
             return contact is not None
         if contact and contact.fingers == 1:
             screen.point(1 - contact.y / self._rows)
-        return contact is not None or (isinstance(message, Command) and message.touch is not None)
+        return contact is not None or (isinstance(message, Command) and self._orb.located(message))
 
     def _steer(self, message: Message, t_s: float, screen: PlayScreen, now_s: float) -> None:
         """Act in the game before the next message comes; all steps of a touch are one command."""
@@ -75,7 +76,7 @@ class Aiming:
             self._steered = self._steered and touch is not None
             actions = self._aim.touch(touch, t_s, screen.session.game)
         elif isinstance(message, Command) and (action := ACTIONS.get(message.name)):
-            located = message.touch is not None
+            located = self._orb.located(message)
             actions = self._aim.command(action, located, t_s, screen.session.game)
         for action in actions:
             if action in _SHIFTS and self._steered:
@@ -103,6 +104,5 @@ class Aiming:
 def _touch(contact: ContactState) -> Touch | None:
     if not contact.fingers:
         return None
-    fingers = contact.fingers if contact.fingers_sure >= _SURE else 1
-    depth = contact.depth_mm, fingers, contact.place_sigma, contact.depth_sigma
-    return Touch(contact.x, contact.y, *depth)
+    fingers = contact.fingers if contact.fingers_sure >= SURE else 1
+    return Touch(contact.x, contact.y, contact.depth_mm, fingers, contact.place_sigma)

@@ -84,7 +84,7 @@ class OrbApp(Orb):
         self.stage.watch = self._happened
         self._correcting = CorrectionKeys(self.send)
         self._gestures = HeldGestures(self.stage.settings)
-        self.aiming = Aiming(self.stage)
+        self.aiming = Aiming(self.stage, self.orb)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
         self._pause: Screen | None = None  # the menu of a pause that the link made
         self._long_s = math.inf  # when a held pinch leaves the page

@@ -24,6 +24,7 @@ from controller.shared.protocol.messages import (
     Welcome,
 )
 from controller.shared.protocol.teaching import GestureInfo, Vocabulary
+from host.actions import HELD
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.ui.pointer_input import DomeArea
@@ -239,7 +240,12 @@ class OrbState:
     def latest(self, now_s: float) -> Command | None:
         """Return the last command while it is news; in Aim a press gives none."""
         last = self.last if now_s - self.last_s < LATEST_S else None
-        return None if last and last.touch and self.columns else last
+        return None if last and self.columns and self.located(last) else last
+
+    def located(self, command: Command) -> bool:
+        """Whether a command is of a gesture that gives others in other places."""
+        info = self.gestures.get(command.label)
+        return len(info.rules) > 1 if info else command.name in HELD
 
     def lively(self, now_s: float) -> bool:
         """Return whether the picture moves: touched, shown a gesture, or still fading."""

@@ -1,24 +1,34 @@
 """Pieces a minute by Aim, and columns that are right: a simulated hand that sees the ghost late.
 
-    python -m tests.benchmarks.aim [--games 8] [--minutes 4] [--touches-hz 2.5] [--json]
+    python -m tests.benchmarks.aim [--games 8] [--minutes 4] [--touches-hz 2.5] [--orb] [--json]
 
 The greedy bot chooses the places; a turn is a twist, an aimed drop one touch that counts two, a
 drop where the piece already is a pinch. Before each piece the player looks, as in the demo. The
 hand lands with a deviation of 2 mm on each axis, sees the ghost .2 s late, slides at most twice,
 each time with that deviation, and then presses deeper; what it corrects takes time on top. Depth
-and place are estimated with the errors of `ERRORS`. `buttons` is the same player with a command
-for each step.
+and place are estimated with the errors of `ERRORS`; with `--orb` by the shipped bundle, from the
+frames of virtual orbs, whose own quick hand makes the twists and pinches. `buttons` is the same
+player with a command for each step.
 """
 
 import math
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Protocol
 
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.pipeline import Pipeline
+from controller.shared.protocol.messages import Contact
+from controller.simulator.orb import PRESETS
+from controller.simulator.virtual_orb import VirtualOrb
+from host.actions import ACTIONS
 from host.aim import FINE, HYSTERESIS, Aim, Touch
-from host.demo.autoplayer import LOOK_S
+from host.app.aiming import SURE
+from host.demo.autoplayer import COMMAND_OF, FIRST_S, LOOK_S, MANUAL, MIDDLE
 from host.demo.demo import PACE
+from host.ui.pointer_input import FINGER_RADIUS_MM
 from tetris.bots import greedy
 from tetris.engine import moves
 from tetris.engine.events import Locked
@@ -31,10 +41,15 @@ PITCH_MM: Final = 10.0
 FRAME_S: Final = 1 / 40
 HAND_MM: Final = 2.0  # where a touch lands and a slide ends, each axis
 SEEN_S: Final = 0.2  # from the ghost to the hand
+BEYOND_MM: Final = 8.0  # the outer taxels, to which a finger slides
 RAMP_S: Final = 0.08  # of a landing and a lift
 SLIDE_S: Final = 0.15
 DEEPER_S, DEEPER_MM = 0.1, 6.0
 CORRECTIONS: Final = 2
+LATE_S: Final = 0.5  # after a gesture of the orb's hand, until which it may be answered
+TRIES: Final = 3
+SHIPPED: Final = bundles.read(bundles.default_path())
+DOMAIN: Final = 9  # of the virtual orbs' seeds
 DEPTHS_MM: Final = (6.5, 12.0)  # of the simulated hands
 GOALS: Final = {"nominal": (2.0, 45.0, 0.99), "paper-snr": (None, 25.0, 0.95)}
 TURNS: Final = ((), (Action.ROTATE_CW,), (Action.ROTATE_CCW,), (Action.ROTATE_CW,) * 2)
@@ -65,33 +80,95 @@ class Tally:
     seconds: float = 0.0
 
 
-@dataclass
+Finger = tuple[float, float, float]  # place and depth, mm
+Given = tuple[Action, bool]  # by a command, and whether it is one of a located gesture
+Seen = tuple[Touch | None, Given | None]
+
+
+class Eye(Protocol):
+    """What the game is told of a hand, frame by frame."""
+
+    def see(self, now_s: float, finger: Finger | None, moving: bool) -> Seen:
+        """Return the contact and the command of the next frame."""
+        ...
+
+    def gesture(self, now_s: float, command: str) -> None:
+        """Begin a gesture of several fingers."""
+        ...
+
+    def busy(self, now_s: float) -> bool:
+        """Whether that gesture is under way or may still be answered."""
+        ...
+
+
 class Estimator:
     """Errors of a bias in each touch and of each frame, half of the variance each."""
 
-    errors: Errors
-    source: random.Random
-    bias: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+    def __init__(self, errors: Errors, touch_s: float, source: random.Random) -> None:
+        self._errors, self._touch_s, self._source = errors, touch_s, source
+        self._bias: tuple[float, ...] = ()
+        self._due: tuple[float, Action] | None = None
 
-    def land(self) -> None:
-        self.bias = self._draw(self.errors.held_mm)
+    def see(self, now_s: float, finger: Finger | None, moving: bool) -> Seen:
+        given = None
+        if self._due and now_s >= self._due[0]:
+            given, self._due = (self._due[1], False), None
+        if finger is None:
+            self._bias = ()
+            return None, given
+        self._bias = self._bias or self._draw(self._errors.held_mm)
+        place_mm = self._errors.moving_mm if moving else self._errors.held_mm
+        x, y, depth = map(sum, zip(finger, self._bias, self._draw(place_mm), strict=True))
+        place = x / PITCH_MM, y / PITCH_MM
+        return Touch(*place, max(0.1, depth), 1, place_mm / PITCH_MM), given
 
-    def _draw(self, place_mm: float) -> tuple[float, float, float]:
-        half = math.sqrt(0.5)
-        place, depth = half * place_mm, half * self.errors.depth_mm
-        return tuple(self.source.gauss(0.0, one) for one in (place, place, depth))  # type: ignore
+    def _draw(self, place_mm: float) -> tuple[float, ...]:
+        deviations = (place_mm, place_mm, self._errors.depth_mm)
+        return tuple(self._source.gauss(0.0, math.sqrt(0.5) * one) for one in deviations)
 
-    def see(self, x_mm: float, y_mm: float, depth_mm: float, moving: bool) -> Touch:
-        place_mm = self.errors.moving_mm if moving else self.errors.held_mm
-        now = [a + b for a, b in zip(self.bias, self._draw(place_mm), strict=True)]
-        return Touch(
-            (x_mm + now[0]) / PITCH_MM,
-            (y_mm + now[1]) / PITCH_MM,
-            max(0.1, depth_mm + now[2]),
-            1,
-            place_mm / PITCH_MM,
-            self.errors.depth_mm,
-        )
+    def gesture(self, now_s: float, command: str) -> None:
+        self._due = now_s + self._touch_s, ACTIONS[command]
+
+    def busy(self, now_s: float) -> bool:
+        return self._due is not None
+
+
+class Orb:
+    """A virtual orb and the shipped bundle."""
+
+    def __init__(self, preset: str, seed: int) -> None:
+        self._orb = VirtualOrb(seed, 1 / FRAME_S, DOMAIN, PRESETS[preset])
+        self._orb.quick = True
+        self._pipeline = Pipeline(SHIPPED.settings, Recognizer(SHIPPED), SHIPPED.mapping)
+        self._touched, self._number, self._until_s = False, 0, 0.0
+
+    def see(self, now_s: float, finger: Finger | None, moving: bool) -> Seen:
+        if finger is not None:
+            x, y, depth = finger
+            contact = Contact(0, x / PITCH_MM, y / PITCH_MM, depth, FINGER_RADIUS_MM)
+            self._orb.touch([contact], now_s - FRAME_S)
+        elif self._touched:
+            self._orb.touch([], now_s - FRAME_S)
+        self._touched = finger is not None
+        step = self._pipeline.step(self._orb.read(now_s), now_s)
+        if any(truth.number == self._number for truth in self._orb.truths()):
+            self._until_s = now_s + LATE_S
+        touch, given, c = None, None, step.contact
+        if c is not None:
+            fingers = c.fingers if c.fingers_sure >= SURE else 1
+            touch = Touch(c.x, c.y, c.depth_mm, fingers, c.place_sigma)
+        if step.command is not None and step.command.command in ACTIONS:
+            self._until_s = 0.0
+            located = len(SHIPPED.mapping.rules[step.command.gesture]) > 1
+            given = ACTIONS[step.command.command], located
+        return touch, given
+
+    def gesture(self, now_s: float, command: str) -> None:
+        self._number, self._until_s = self._number + 1, math.inf
+        self._orb.perform(self._number, MANUAL[command][0], *MIDDLE, now_s)
+
+    def busy(self, now_s: float) -> bool:
+        return now_s < self._until_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,30 +218,46 @@ def choose(game: Game, cost: float) -> Placement:
 class Hand:
     """Plays one game by Aim."""
 
-    def __init__(self, seed: int, errors: Errors, touch_s: float, tally: Tally) -> None:
-        self._random = random.Random(f"aim {seed}")
-        self._eye = Estimator(errors, self._random)
+    def __init__(self, seed: int, eye: Eye, touch_s: float, tally: Tally) -> None:
+        self._random, self._eye = random.Random(f"aim {seed}"), eye
         self.game, self._aim = Game(seed, PACE), Aim()
         self._touch_s, self._tally = touch_s, tally
         self._landed: list[Piece] = []
         self.now_s = 0.0
         self._update([])
+        self._wait(FIRST_S)
 
     def _update(self, actions: list[Action]) -> None:
         for event in self.game.update(self.now_s, actions):
             if isinstance(event, Locked):
                 self._landed.append(event.piece)
 
+    def _frame(self, finger: Finger | None, moving: bool = False) -> None:
+        self.now_s += FRAME_S
+        touch, given = self._eye.see(self.now_s, finger, moving)
+        self._update(self._aim.touch(touch, self.now_s, self.game))
+        if given is not None:
+            self._update(self._aim.command(*given, self.now_s, self.game))
+
     def _wait(self, seconds: float) -> None:
-        self.now_s += seconds
-        self._update([])
+        for _ in range(round(seconds / FRAME_S)):
+            self._frame(None)
 
     def _command(self, action: Action) -> None:
-        """Make a gesture of several fingers."""
-        self._wait(self._touch_s)
-        self._update(self._aim.command(action, False, self.now_s, self.game))
-        self._tally.commands += 1
-        self._tally.touches += 1
+        """Make a gesture of several fingers, once more if it is not understood."""
+
+        def state() -> tuple[int, int]:
+            return self.game.piece.turn, self.game.pieces_placed
+
+        for _ in range(TRIES):
+            before, until_s = state(), self.now_s + self._touch_s
+            self._eye.gesture(self.now_s, COMMAND_OF[action])
+            while self._eye.busy(self.now_s) or self.now_s < until_s:
+                self._frame(None)
+            self._tally.commands += 1
+            self._tally.touches += 1
+            if state() != before:
+                return
 
     def piece(self, cost: float) -> None:
         """Place one piece."""
@@ -193,9 +286,8 @@ class Hand:
         tally, source, placed = self._tally, self._random, self.game.pieces_placed
         tally.commands += 2
         tally.touches += 1
-        self._eye.land()
         began_s = self.now_s
-        self.now_s += self._touch_s / 2  # the way to the dome
+        self._wait(self._touch_s / 2)  # the way to the dome
         column_mm = 4 * PITCH_MM / self.game.config.columns
         width = _width(self.game.piece)
         x = (left + width / 2) * column_mm + source.gauss(0.0, HAND_MM)
@@ -210,6 +302,7 @@ class Hand:
                 break
             tally.corrections += 1
             there = x + column_mm * _way(away) + source.gauss(0.0, HAND_MM)
+            there = max(-BEYOND_MM, min(4 * PITCH_MM + BEYOND_MM, there))
             self._move((x, there), y, (depth, depth), SLIDE_S)
             self._move((there, there), y, (depth, depth), SEEN_S)
             x, corrected_s = there, corrected_s + SLIDE_S + SEEN_S
@@ -217,7 +310,7 @@ class Hand:
         if self.game.pieces_placed == placed:
             self._move((x, x), y, (depth + DEEPER_MM,) * 2, DEEPER_S)
         self._move((x, x), y, (depth + DEEPER_MM, 0.0), RAMP_S)
-        self._update(self._aim.touch(None, self.now_s, self.game))
+        self._wait(FRAME_S)
         self._wait(max(0.0, began_s + 2 * self._touch_s + corrected_s - self.now_s))
 
     def _move(
@@ -225,11 +318,8 @@ class Hand:
     ) -> None:
         for number in range(1, round(seconds / FRAME_S) + 1):
             share = number * FRAME_S / seconds
-            self.now_s += FRAME_S
             x, depth = (a + share * (b - a) for a, b in (xs, depths))
-            touch = self._eye.see(x, y, depth, xs[0] != xs[1])
-            self._update([])
-            self._update(self._aim.touch(touch, self.now_s, self.game))
+            self._frame((x, y, depth), xs[0] != xs[1])
 
 
 def _width(piece: Piece) -> int:
@@ -268,13 +358,15 @@ def by_buttons(seed: int, touch_s: float, pieces: int) -> Tally:
 
 
 def main() -> None:
-    parser = command_line(__doc__, games=8, minutes=4.0, touches_hz=2.5, cost=1.0)
+    parser = command_line(__doc__, games=8, minutes=4.0, touches_hz=2.5, cost=1.0, orb=False)
     arguments = parser.parse_args()
     results, touch_s = Results("aim"), 1 / arguments.touches_hz
     for preset, errors in ERRORS.items():
         tally = Tally()
         for seed in range(arguments.games):
-            hand = Hand(seed, errors, touch_s, tally)
+            source = random.Random(f"eye {seed}")
+            eye = Orb(preset, seed) if arguments.orb else Estimator(errors, touch_s, source)
+            hand = Hand(seed, eye, touch_s, tally)
             while hand.now_s < 60 * arguments.minutes:
                 hand.piece(arguments.cost)
         commands, rate, right = GOALS[preset]

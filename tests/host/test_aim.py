@@ -108,6 +108,7 @@ def test_a_touch_that_dropped_leaves_the_next_piece_alone() -> None:
     entered = play.columns
     play.lift(0.5, FIRM_MM + 5.0)
     assert play.columns == entered
+    play.now_s += 0.2
     play.hold(FRAME_S, 0.5, 2.0)
     assert play.columns != entered
 
@@ -118,7 +119,7 @@ def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
     before = len(play.done)
     for _ in range(400):
         x, depth = source.gauss(2.3, 0.06), source.gauss(FIRM_MM, 0.6)
-        play.frame(Touch(x, 2.0, depth, 1, 0.06, 0.6))
+        play.frame(Touch(x, 2.0, depth, 1, 0.06))
     assert len(play.done) - before <= 1
     assert play.game.pieces_placed == 0
 
@@ -143,6 +144,24 @@ def test_two_fingers_take_back_where_the_first_one_steered() -> None:
     play.frame(None)
     play.command(Action.HARD_DROP)
     assert play.game.pieces_placed == 1
+
+
+def test_one_frame_that_shows_two_fingers_ends_no_touch() -> None:
+    play = Play()
+    play.hold(FRAME_S, 0.5, fingers=2)
+    play.hold(0.4, 0.5)
+    assert play.columns[0] == 0
+    play.hold(0.1, 0.5, to_mm=FIRM_MM + 5.0)
+    assert play.game.pieces_placed == 1
+
+
+def test_a_rise_that_is_taken_for_a_light_touch_beside_drops_and_a_plain_lift_does_not() -> None:
+    for risen_mm, pieces in ((2.6, 1), (0.5, 0)):
+        play = Play()
+        play.hold(0.4, 1.0)
+        play.hold(0.075, 1.0, FIRM_MM + risen_mm)
+        play.hold(0.1, 1.8, 2.0)
+        assert play.game.pieces_placed == pieces
 
 
 def test_a_gesture_whose_fingers_were_taken_for_one_is_taken_back_too() -> None:

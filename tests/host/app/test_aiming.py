@@ -7,7 +7,7 @@ import pytest
 
 from controller.shared.protocol.messages import Command, ContactState
 from host.connection.receiver import Delivered, Lost
-from tests.support.app_window import FELT, READY_S, Window, playing, said
+from tests.support.app_window import FELT, READY_S, Window, playing
 from tetris.engine.game import Phase
 from tetris.kit.settings import Settings, save
 from tetris.window.menu_screen import MenuScreen
@@ -91,8 +91,8 @@ def test_a_press_gives_no_command_where_the_orb_gives_contacts() -> None:
     aimed = columns(window)
     window.pass_s(0.1, press_command("left"))
     assert columns(window) == aimed
-    window.pass_s(1.0, said("drop"))
-    assert window.game.pieces_placed == 1
+    window.pass_s(1.0, Delivered(Command("drop", "pinch", 0.99, (2.0, 2.0), 1), 0))
+    assert window.game.pieces_placed == 1  # a pinch has a place, too
 
 
 def test_the_player_may_choose_buttons_and_the_choice_is_kept(tmp_path: Path) -> None:
