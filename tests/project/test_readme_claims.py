@@ -115,9 +115,9 @@ def test_a_recording_is_replayed_by_the_command_of_the_table() -> None:
     assert len(done.stdout.splitlines()) > 100
 
 
-def test_there_are_eight_modes() -> None:
-    assert "play, in eight modes" in TEXT
-    assert len(MODES) == 8
+def test_there_are_ten_modes() -> None:
+    assert "play, in ten modes" in TEXT
+    assert len(MODES) == 10
 
 
 def test_gestures_command_what_the_table_says() -> None:
