@@ -176,10 +176,14 @@ class LearnScreen(GamePage):
         if self.number >= 0 and not self.steps:
             return [Line(words("learn.waiting"), 27, palette.dim)]
         title, text = ("title", "ask") if self.number < 0 else ("end", "end_text")
-        return [
+        said = [
             Line(words(f"learn.{title}"), 40, palette.text),
-            Line(words(f"learn.{text}"), 27, palette.text),
+            Line(words(f"learn.{text}"), 27, palette.text, after=20),
         ]
+        if self.number >= 0 and self._stage.settings.control == "aim" and self.orb.state.contact_s:
+            how = "aim.mouse" if self.orb.virtual else "aim.touch"
+            said.append(Line(words(how), 27, palette.accent))
+        return said
 
     def _dots(self) -> str:
         passed = self.number + (self._right_s is not None)

@@ -6,6 +6,7 @@ import pygame
 import pytest
 
 from controller.shared.protocol.messages import Command, ContactState
+from host.app.screens.learn import LearnScreen
 from host.connection.receiver import Delivered, Lost
 from tests.support.app_window import FELT, READY_S, Window, playing
 from tetris.engine.game import Phase
@@ -133,3 +134,19 @@ def test_in_a_menu_a_touch_chooses_the_item_that_lies_there() -> None:
     chosen, values = menu.selected, [item.value for item in menu.menu.items]
     window.pass_s(0.1, press_command("left"))
     assert (menu.selected, [item.value for item in menu.menu.items]) == (chosen, values)
+
+
+@pytest.mark.parametrize("contacts", [True, False])
+def test_the_introduction_ends_with_how_to_aim_where_contacts_come(contacts: bool) -> None:
+    window = Window()
+    window.pass_s(0.1, FELT)
+    if contacts:
+        Finger(window).hold(0.1, 2.0, 8.0)
+    window.app._guides.learn(window.app.stage)
+    window.pass_s(0.1, FELT)
+    screen = window.app.stage.screen
+    assert isinstance(screen, LearnScreen)
+    for _ in screen.steps:
+        window.key(pygame.K_RETURN)
+    said = [line.text for line in screen.lines(window.now_s)]
+    assert (window.app.words("aim.mouse") in said) is contacts
