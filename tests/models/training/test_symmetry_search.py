@@ -43,6 +43,17 @@ def test_what_helps_people_held_out_is_kept_with_its_points() -> None:
     assert found.words == "shifts = true (+8.0 points)"
 
 
-def test_nothing_is_proposed_where_nothing_helps() -> None:
-    found = symmetry_search.search(lambda _: (0.5, 0.8), BARE)
-    assert (found.vocabulary, found.words) == (BARE, "no symmetry helps")
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [
+        (0.0, "no symmetry helps"),
+        (0.004, "no symmetry helps"),  # chance
+        (0.006, 'rotations = "half" (+0.6 points)'),
+    ],
+)
+def test_nothing_is_proposed_where_nothing_helps(gain: float, words: str) -> None:
+    def judge(one: Vocabulary) -> tuple[float, float]:
+        turned = one.entries[0].rotations == "half"
+        return 0.5 - 0.1 * turned, 0.8 + gain * turned
+
+    assert symmetry_search.search(judge, BARE).words == words
