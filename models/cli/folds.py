@@ -69,8 +69,10 @@ def _planned(arguments: argparse.Namespace, paths: Sequence[Path], out: Path, na
     table["train"]["task"] = arguments.task
     if arguments.peers:
         table["axes"]["model"] = list(plan.MODELS)
-    made = plan.parse(table, name)
     surveys = examples.read_training(places).surveys
+    if surveys[0].origin.signal.ratio:
+        table["train"]["recipe"] = "default"  # as `models train` does
+    made = plan.parse(table, name)
     people = len({(one.origin.seed, one.origin.user or one.path) for one in surveys})
     if people < 2:
         raise ValueError(f"{paths[0]} holds recordings of one person; give those of two or more")

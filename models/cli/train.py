@@ -119,7 +119,7 @@ def _check(request: Request) -> None:
     for name, flag in flags.items():
         if getattr(request, name):
             raise ValueError(f"--{flag} is not for people; leave it out")
-    if request.recipe != "default":
+    if request.recipe:
         raise ValueError("there is one recipe for people; leave --recipe out")
 
 

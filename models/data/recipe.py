@@ -81,6 +81,8 @@ class NetworkRecipe:
     nesterov: bool = False  # Nesterov's accelerated gradient, momentum 0.9, in place of Adam
     rate: float = 2e-3  # highest learning rate
     falling: bool = True  # it warms up and falls to zero along a cosine; else it stays
+    # last share of the batches over which the weights are averaged; 0: the last ones stay
+    averaged: float = 0.0
     # penalty on squared weights of convolutions and dense layers
     l2: tuple[float, float] = (5e-4, 1e-5)
     clip: float = 0.0  # greatest norm of a gradient; 0: any
@@ -97,6 +99,7 @@ class NetworkRecipe:
     hidden: tuple[int, int] = (64, 32)  # widths of the dense layers
     strides: bool = True  # convolutions take longer steps in space and time than the paper's
     normalised: bool = False  # layers are normalised over each batch while they learn
+    dropped: float = 0.0  # share of the dense layers' units that each batch is without
     # while it learns, factors of matrix products are rounded to 8 bits on processors that are
     # faster then (bfloat16); sums are not
     coarse: bool = False
@@ -221,6 +224,17 @@ PLAY: Final = replace(
     location=replace(DEFAULT.location, steps=30_000, limits=(40, 200), rate=3e-3),
 )
 
+# For people on other sensors than the orb: few, and unlike each other. A long course learns
+# them by heart; a short one with dropout, averaged, needs no temperature (docs/measurements.md,
+# people on another sensor). Places take the course of `play`.
+PEOPLE: Final = replace(
+    DEFAULT,
+    name="people",
+    gesture=replace(DEFAULT.gesture, steps=300, limits=(1, 1000), dropped=0.3, averaged=0.5),
+    location=PLAY.location,
+    scaled=False,
+)
+
 # Paper, section 4.2. Learning rate and widths are not stated: 1e-3 and docs/paper.md's.
 PAPER: Final = Recipe(
     "paper",
@@ -270,4 +284,4 @@ USER: Final = NetworkRecipe(
     normalised=True,
 )
 
-RECIPES: Final = {recipe.name: recipe for recipe in (DEFAULT, PLAY, PAPER)}
+RECIPES: Final = {recipe.name: recipe for recipe in (DEFAULT, PLAY, PEOPLE, PAPER)}

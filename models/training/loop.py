@@ -105,7 +105,7 @@ def fit(
             checkpoint.save(keep, *run.state())
         if watch is not None:
             watch(this)
-    task.net.eval()
+    run.finish()
     return tuple(run.epochs)
 
 
@@ -133,12 +133,13 @@ class _Run:
     def __init__(self, task: Task, seed: int) -> None:
         self.task, self.recipe, self.net = task, task.recipe, task.net
         self.device = next(self.net.parameters()).device
-        self.rng = np.random.default_rng(seed)
+        self.seed, self.rng = seed, np.random.default_rng(seed)
         self.generator = torch.Generator(self.device).manual_seed(seed)
         self.optimizer = _optimizer(self.net, self.recipe)
         self.each = task.steps()
         self.passes = self.recipe.passes(self.each * self.recipe.batch)
         self.epochs: list[Epoch] = []
+        self.mean: dict[str, Tensor] = {}  # of the weights since the last part of it began
 
     def over(self) -> bool:
         """Whether it has ended."""
@@ -147,6 +148,7 @@ class _Run:
     def epoch(self) -> Epoch:
         """Go through the examples once."""
         self.net.train()
+        torch.manual_seed(self.seed + len(self.epochs))  # of dropout
         losses = scores = 0.0
         examples, begun = 0, len(self.epochs) * self.each
         for step, batch in enumerate(self.task.batches(self.rng)):
@@ -160,6 +162,7 @@ class _Run:
             if self.recipe.clip:
                 nn.utils.clip_grad_norm_(self.net.parameters(), self.recipe.clip)
             self.optimizer.step()
+            self._average(begun + step)
             losses += float(loss.detach()) * len(batch)
             scores += score * len(batch)
             examples += len(batch)
@@ -171,10 +174,24 @@ class _Run:
         self.epochs.append(this)
         return this
 
+    def _average(self, step: int) -> None:
+        """Add the network after a step to the mean over the last part of the course."""
+        late = step - round((1.0 - self.recipe.averaged) * self.passes * self.each)
+        if late >= 0:
+            for name, value in self.net.state_dict().items():
+                if value.is_floating_point():
+                    self.mean.setdefault(name, value.clone()).lerp_(value, 1.0 / (late + 1))
+
+    def finish(self) -> None:
+        """Give the network the mean of its last weights, for its use."""
+        self.net.load_state_dict({**self.net.state_dict(), **self.mean})
+        self.net.eval()
+
     def state(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Return the full state: arrays of any shape, and values as JSON has them."""
         arrays = {
             **checkpoint.pack("net", self.net.state_dict()),
+            **checkpoint.pack("mean", self.mean),
             **checkpoint.pack("optimizer", checkpoint.optimizer_state(self.optimizer)),
             "generator": self.generator.get_state().numpy(),
         }
@@ -187,6 +204,7 @@ class _Run:
     def restore(self, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
         """Resume from the arrays, of any shape, and values of `state`."""
         self.net.load_state_dict(checkpoint.unpack("net", arrays))
+        self.mean = checkpoint.unpack("mean", arrays)
         checkpoint.restore_optimizer(self.optimizer, checkpoint.unpack("optimizer", arrays))
         self.generator.set_state(torch.from_numpy(np.array(arrays["generator"])))
         self.rng.bit_generator.state = words["rng"]

@@ -67,7 +67,7 @@ class NetworkPlan:
     def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "NetworkPlan":
         """Check a training, and announce it; ValueError, one sentence, if it cannot be done."""
         answers = _answers(request, data)
-        recipe = request.networks()
+        recipe = request.networks(orb=data.settings.normalise != "difference")
         users = len({row.user for row in data.rows})
         recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
         found = touch_images.find(data.examples, recipe.averaged, request.seed)

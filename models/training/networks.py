@@ -34,10 +34,15 @@ class Network(nn.Sequential):
     """A chain of named layers. CNN-3D ends in logits: its softmax belongs to the exported file."""
 
     def folded(self) -> "Network":
-        """Return an equivalent network, its normalisation folded into the layers before it."""
+        """Return an equivalent network, its normalisation folded into the layers before it.
+
+        It has no dropout.
+        """
         made: OrderedDict[str, nn.Module] = OrderedDict()
         last = ""
         for name, layer in deepcopy(self).eval().named_children():
+            if isinstance(layer, nn.Dropout):
+                continue
             if not isinstance(layer, _BatchNorm):
                 made[name], last = layer, name
             elif isinstance(before := made[last], nn.Linear):
@@ -120,6 +125,8 @@ def _network(
         if recipe.normalised:
             layers[f"{name}{number}_norm"] = norm
         layers[f"{name}{number}_relu"] = nn.ReLU()
+        if recipe.dropped and name == "dense":
+            layers[f"{name}{number}_dropout"] = nn.Dropout(recipe.dropped)
 
     for number, layer in enumerate(convolutions, 1):
         add("conv", number, layer, norm(recipe.channels[number - 1]))

@@ -41,9 +41,10 @@ class Request:
         choices=("gesture", "location", "user", "contact", "state"),
     )
     recipe: str = _option(
-        "default",
-        "the best we know, the same for sessions with many touches that are no gestures, as the "
-        "bundle that ships, or the paper's section 4.2 to the letter (default: default)",
+        "",
+        "default; play, for sessions with many touches that are no gestures, as the bundle that "
+        "ships; people, for other sensors; or the paper's section 4.2 to the letter (default: "
+        "people for recordings in other units than pF, else default)",
         choices=tuple(RECIPES),
     )
     labels: Choice = "auto"  # this and the next three are options of `models.cli._options.SHARED`
@@ -105,9 +106,9 @@ class Request:
     )
     command: str = ""  # as it was typed
 
-    def networks(self) -> Recipe:
-        """Return the recipe of the networks, with the epochs given."""
-        recipe = RECIPES[self.recipe]
+    def networks(self, *, orb: bool = True) -> Recipe:
+        """Return the networks' recipe for the orb or another sensor, with the epochs given."""
+        recipe = RECIPES[self.recipe or ("default" if orb else "people")]
         return replace(
             recipe,
             gesture=recipe.gesture.lasting(self.epochs or 0),

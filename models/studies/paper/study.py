@@ -13,11 +13,11 @@ from controller.recordings import reader
 from controller.shared.aliases import Say
 from controller.simulator.session import TEST_SEEDS
 from models import formatting, processes
-from models.data.recipe import RECIPES
 from models.data.simulate import People
 from models.results import storage
 from models.studies.paper import figure7, section6
 from models.studies.paper.figure7 import Settings
+from models.studies.paper.tables import RECIPES
 
 MEASURED: Final = "paper.json"
 SEED: Final = TEST_SEEDS.start + 20  # no training accepts it

@@ -43,7 +43,10 @@ def people(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def swept(people: Path, name: str, steps: int) -> Any:
     text = (ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8")
-    for old, new in (("folds = 5", "folds = 2"), ("steps = 800", f"steps = {steps}")):
+    for old, new in (
+        ("folds = 5", "folds = 2"),
+        ('"people"', f'"people"\ngesture.steps = {steps}'),
+    ):
         assert old in text
         text = text.replace(old, new)
     (people / f"{name}.toml").write_text(text)
@@ -81,6 +84,11 @@ def test_folds_are_a_sweep_with_the_plan_that_ships(
     jobs = [(job["at"]["model"], job["test"]["fold"]) for job in sweep.plan.jobs(sweep.digest)]
     assert jobs == [("network", 0), ("network", 1), ("trees", 0), ("trees", 1)]
     assert (sweep.plan.test.by, sweep.places) == ("user", (folder,))
+    assert sweep.plan.train["recipe"] == "people"  # the screen counts, the orb measures picofarads
+    orb = "--users 2 --sessions 1 --minutes 0.5 --workers 1 --rate 10"
+    assert models(["simulate", "--out", str(people / "orb"), *orb.split()]) == 0
+    assert models(["folds", str(people / "orb"), "--out", str(people / "of_orb")]) == 0
+    assert made[-1].plan.train["recipe"] == "default"
 
 
 def test_peers_are_judged_on_each_set_by_folds_that_its_people_allow(
@@ -122,7 +130,7 @@ def test_one_person_makes_no_folds(people: Path, tmp_path: Path, capsys: Capture
 def test_all_peers_are_judged_on_the_same_windows(people: Path) -> None:
     table = parse_toml((ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8"))
     table["data"]["folders"] = [str(people / "recordings")]
-    table["train"]["gesture"]["steps"] = 10
+    table["train"]["gesture"] = {"steps": 10}
     table["train"]["declared"] = True
     table["axes"]["model"] = list(plan.MODELS)
     sweep = cli.of_recordings(Sweep(plan.parse(table, "folds"), people), [people / "recordings"])
@@ -150,7 +158,7 @@ def test_no_person_decides_alone_where_people_differ_as_real_ones_do(tmp_path: P
     assert controller(["recordings", "import", frames, told, "--out", str(folder)]) == 0
     table = parse_toml((ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8"))
     table["data"]["folders"] = [str(folder)]
-    table["train"]["gesture"]["steps"] = 200
+    table["train"]["gesture"] = {"steps": 200}
     table["train"]["declared"] = True
     table["axes"] = {"seed": [0, 1]}
     swept = cli.of_recordings(Sweep(plan.parse(table, "folds"), tmp_path), [folder])

@@ -1,6 +1,7 @@
 """Examples that an epoch of CNN-3D draws, and the precision of computing with them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT, PAPER, NetworkRecipe, Recipe
 from models.data.splits import Parts
+from models.results.training import Epoch
+from models.training import loop
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit
 from models.training.networks import gesture_net
@@ -120,3 +123,34 @@ def test_a_course_is_as_long_however_many_windows_there_are() -> None:
     assert len(taught.ends["train"]) > 16 * 10
     assert (taught.steps(), recipe.passes(taught.steps() * recipe.batch)) == (2, 8)
     assert task(replace(recipe, epochs=3)).steps() == 110  # all of them, if epochs are asked for
+
+
+def test_weights_are_averaged_over_the_last_part_of_a_course_also_of_an_interrupted_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe = replace(DEFAULT.gesture, epochs=4, batch=700, channels=(2, 2), hidden=(4, 4))
+    recipe = replace(recipe, averaged=0.5, dropped=0.3)
+    weights: list[torch.Tensor] = []
+    average = loop._Run._average
+
+    def watched(self: loop._Run, step: int) -> None:
+        weights.append(self.net.state_dict()["out.weight"].clone())
+        average(self, step)
+
+    def stop(epoch: Epoch) -> None:
+        if epoch.number == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(loop._Run, "_average", watched)
+    tasks = []
+    for _ in range(2):
+        torch.manual_seed(5)
+        tasks.append(task(recipe))
+    whole, resumed = tasks
+    fit(whole, 0)
+    mean = torch.stack(weights[len(weights) // 2 :]).mean(dim=0)
+    torch.testing.assert_close(whole.net.state_dict()["out.weight"], mean)
+    with pytest.raises(KeyboardInterrupt):
+        fit(resumed, 0, tmp_path / "kept.npz", stop)
+    fit(resumed, 0, tmp_path / "kept.npz")
+    torch.testing.assert_close(resumed.net.state_dict()["out.weight"], mean)
