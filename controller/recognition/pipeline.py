@@ -338,7 +338,6 @@ class Pipeline:
             last = self._debouncer.restart()
             self._level.restart()
             self._touch.restart(prepared.idle)
-            self._tracker.restart()
         image = prepared.image if prepared.added is None else prepared.added
         level = self._level.step(image, prepared.idle) if prepared.ready else 0.0
         idle, uneven = prepared.idle / self.strength, self._level.uneven
@@ -374,14 +373,14 @@ class Pipeline:
             sigma,
             self.user,
             self.confidence,
-            self._touching(prepared, image),
+            self._touching(prepared),
         )
 
-    def _touching(self, prepared: Prepared, image: Image) -> ContactEstimate | None:
-        """Return what touches in an image, (rows, columns), of the newest contacts."""
+    def _touching(self, prepared: Prepared) -> ContactEstimate | None:
+        """Return what touches in a frame, with what lies: a finger that presses deeper is none."""
         if self._contacts is None or not prepared.ready:
             return None
-        inputs = self._tracker.inputs(image, prepared.idle, quiet=prepared.quiet)
+        inputs = self._tracker.inputs(prepared.image, prepared.idle, quiet=prepared.quiet)
         return None if inputs is None else self._contacts.estimate(inputs)
 
     def _command(

@@ -18,7 +18,7 @@ from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.aliases import Array, Complex
 from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture import min_jerk
-from controller.simulator.orb import OrbModel, OrbSimulator
+from controller.simulator.orb import PRESETS, OrbModel, OrbSimulator
 from models.data.contacts import varied_orb
 
 _MOVING: Final = 81  # tag of the seeds
@@ -28,7 +28,7 @@ _EACH, _EMPTY = 2, 6  # frames of which one is kept: neighbours are nearly the s
 _LAND_S, _LIFT_S = (0.03, 0.2), (0.05, 0.18)
 _PAUSE_S, _QUICK_S, _QUICK = (0.3, 0.8), (0.03, 0.15), 0.3  # and the share of the latter
 _LEG_S, _STILL = (0.15, 0.7), 0.4  # of a movement, and the share of pauses
-_DEPTH_MM, _DEEPER = (0.8, 12.5), 0.15  # of the deepest, and of each finger beside the others
+_DEPTH_MM, _DEEPER = (0.8, 16.0), 0.15  # of the deepest, and of each finger beside the others
 _FINGER_MM, _THUMB_MM, _THUMB = (4.5, 9.0), (9.0, 12.0), 0.15  # radii, and the share of the latter
 _FINGERS: Final = (0.53, 0.25, 0.09, 0.08, 0.05)  # shares of one to five
 _APART_MM: Final = (6.0, 22.0)  # of several, from their middle
@@ -37,10 +37,11 @@ _FAN_DEG: Final = (18.0, 42.0)  # from finger to finger
 _TURN_DEG: Final = 50.0  # deviation of a turn
 _MOST_DEG: Final = 110.0
 _STEP_MM, _DEEPEN_MM, _PART_MM = 14.0, 4.0, 6.0  # deviations of movements, each way
-_AWAY, _RIM = 2.2, 1.3  # grid units from the middle, each way; half sides of the grid
+_AWAY, _RIM = 2.5, 1.3  # grid units from the middle, each way; half sides of the grid
 _LATER_S: Final = 0.05  # until the last of several has landed
 _FELT_MM: Final = 0.3  # shallower contacts are none
 _NONE: Final = 1e-12  # weight of what does not touch
+_NOISY, _LOUD = 0.35, (0.6, 1.1)  # share of orbs with so much of the noise of `paper-snr`
 _DEAD: Final = 0.02  # share of dead taxels
 
 
@@ -58,8 +59,20 @@ def simulate(model: OrbModel, settings: PreprocessSettings, seed: int, orbs: int
     found = []
     for number in range(orbs):
         rng = np.random.default_rng([_MOVING, seed, number])
-        found.append(session(varied_orb(model, rng), settings, rng))
+        found.append(session(_orb(model, rng), settings, rng))
     return MovingContacts(*(np.concatenate(part) for part in zip(*found, strict=True)))
+
+
+def _orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
+    """Return an orb of another physics; many are as noisy as `paper-snr`."""
+    made = varied_orb(model, rng)
+    if rng.random() >= _NOISY:
+        return made
+    noisy = PRESETS["paper-snr"].electronics
+    noise_lsb = rng.uniform(*_LOUD) * noisy.readout.noise_lsb
+    readout = replace(made.electronics.readout, noise_lsb=noise_lsb)
+    circuit = replace(made.electronics, taxel_drift=noisy.taxel_drift, readout=readout)
+    return replace(made, electronics=circuit)
 
 
 def session(
