@@ -18,12 +18,13 @@ from tetris.engine.game import Action, Game
 SETTLE_S: Final = 0.15  # of equal depth, after which a touch has settled
 SETTLED_MM: Final = 1.0  # its two halves differ by less
 BEGIN_MM: Final = 1.2  # above the settled depth: the column is frozen
-DROP_MM: Final = 3.0  # above it: the piece drops; simulated hands differ by 1 mm within a touch
+DROP_MM: Final = 2.4  # above it: the piece drops; simulated hands differ by 1 mm within a touch
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 FOLLOW: Final = 0.05  # the settled depth's share of a rise, each frame: a finger tires
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 RISEN_MM: Final = 2.0  # above it: the piece drops even if the estimate falls at once
 SIGMAS: Final = 3.0  # a rise of so many deviations of the settled depth is no noise
+DROP_NOISE: Final = 1.3  # and above so much of the greatest rise that is noise
 LEAST_JITTER_MM: Final = 0.3  # of that deviation
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
 MEAN_FRAMES: Final = 3  # that depth is averaged over
@@ -166,7 +167,7 @@ class Aim:
             self._risen_s = now_s
         # The added part of a touch may be taken for another one beside it, of little depth.
         fell = touch.depth_mm < settled_mm / 2 and now_s < self._risen_s + BEFORE_S
-        if fell or rise >= max(DROP_MM, 2 * noise):
+        if fell or rise >= max(DROP_MM, DROP_NOISE * noise):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
             self._rest()
