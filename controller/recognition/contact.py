@@ -1,4 +1,4 @@
-"""What touches the sensor, estimated frame by frame: place, depth, number of fingers, angle.
+"""Estimate of the contact in each frame: place, depth, number of fingers, angle.
 
 A small network sees the newest image, what it has been on average for a short and a longer time,
 and how the touch began; it says each quantity with its own deviation. On a quiet sensor the newest
@@ -39,7 +39,7 @@ Matrix = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class ContactEstimate:
-    """What touches in one frame, each with its standard deviation.
+    """Estimate of the contact in one frame; each quantity has its standard deviation.
 
     Attributes:
         x: Place across, grid units: the middle of all contacts, weighed by their depth.
@@ -88,7 +88,7 @@ class ContactNetwork:
         return np.asarray(hidden @ self.out.T + self.out_bias, dtype=np.float32)
 
     def estimate(self, inputs: Matrix) -> ContactEstimate | None:
-        """Return what touches, from the inputs of one frame, (inputs,); None: probably nothing."""
+        """Return the estimate for the inputs of one frame, (inputs,); None: probably no contact."""
         out = self.outputs(inputs[None])[0].astype(np.float64)
         mean, deviation = self.scale.astype(np.float64)
         x, y, depth_mm, angle_deg = (mean + deviation * out[:4]).tolist()
@@ -112,7 +112,7 @@ class ContactNetwork:
 
 
 class ContactTracker:
-    """What the network needs to know of a touch, frame by frame."""
+    """History of the present touch, from which the network's inputs are made."""
 
     def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
         """Begin untouched, with images of (rows, columns)."""
@@ -144,7 +144,7 @@ class ContactTracker:
         self._still = self._still + 1 if quiet else 0
         if self._age == 0 or self._still > _GRACE:
             if self._age:
-                self.restart()
+                self._restart()
             if quiet:
                 self._before.append(signal)
                 return None
@@ -198,7 +198,7 @@ class ContactTracker:
             return None
         return float(course[-max(1, self._age - begin) :].mean())
 
-    def restart(self) -> None:
+    def _restart(self) -> None:
         """Begin another touch with the next image."""
         self._age = self._still = 0
         self._before.clear()

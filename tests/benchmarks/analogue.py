@@ -1,4 +1,4 @@
-"""What touches, estimated in each frame: place, depth, number of fingers, angle of a twist.
+"""Errors of the estimated contact in each frame: place, depth, number of fingers, twist angle.
 
     python -m tests.benchmarks.analogue [--bundle FILE] [--orbs N] [--seed N] [--solver] [--json]
 
@@ -7,7 +7,7 @@ waits, deepens), lays two fingers down at any distance, and twists with a thumb 
 fingers. Errors are absolute, each axis, of the same frame's truth (lag 0). Beside them are a
 centroid of the taxels and a power of their sum, both calibrated on the same orb's other touches,
 which the network is not, and the Cramér-Rao bound of the newest frame alone: what noise permits
-somebody who knows the dome exactly. `--solver` adds the frozen presses of the independent solver,
+with a model that is exactly the dome. `--solver` adds the frozen presses of the independent solver,
 and the same presses in the own contact model.
 """
 

@@ -1,4 +1,4 @@
-"""What touches, in every frame: where, how deep, with how many fingers, and how far they turned."""
+"""Estimates of the contact in each frame: place, depth, number of fingers, and angle."""
 
 from dataclasses import replace
 
