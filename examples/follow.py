@@ -19,7 +19,8 @@ with orbtouch.connect() as orb:  # a virtual orb, or connect("/dev/rfcomm0")
             print(event)
         screen.fill("black")
         if (contact := orb.contact) is not None:
-            middle = 80 * (contact.x + 0.5), 80 * (4.5 - contact.y)
+            x, y = contact.position
+            middle = 80 * (x + 0.5), 80 * (4.5 - y)
             pygame.draw.circle(screen, "orange", middle, 5 * contact.depth_mm)
         pygame.display.flip()
         clock.tick(60)

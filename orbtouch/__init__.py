@@ -2,9 +2,9 @@
 
     import orbtouch
 
-    session = orbtouch.simulate(minutes=2)       # or orbtouch.load("session.npz")
-    network = orbtouch.network()                 # the one that ships, or network("my.orb")
-    print(network.evaluate([session]))           # figures with 95 % intervals
+    session = orbtouch.simulate(minutes=2)       # or orbtouch.load_recording("session.npz")
+    net = orbtouch.load_network()            # the one that ships, or load_network("my.orb")
+    print(net.evaluate([session]))           # figures with 95 % intervals
     with orbtouch.connect() as orb:              # a virtual orb, or connect("/dev/rfcomm0")
         for command in orb:
             print(command.name, command.gesture)
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from controller import __version__ as __version__
     from controller.shared.errors import UserError as Error
-    from orbtouch.networks import Command, Evaluation, Network, network, train
+    from orbtouch.networks import Command, Evaluation, Network, load_network, train
     from orbtouch.orbs import Contact, Frame, Orb, Press, Release, connect, record
-    from orbtouch.recordings import Recording, load, simulate
+    from orbtouch.recordings import Recording, load_recording, simulate
 
 __all__ = [
     "Command",
@@ -37,8 +37,8 @@ __all__ = [
     "Recording",
     "Release",
     "connect",
-    "load",
-    "network",
+    "load_network",
+    "load_recording",
     "record",
     "simulate",
     "train",
@@ -47,10 +47,10 @@ __all__ = [
 # Modules of the names: each is imported at its first use: the command
 # needs none of them, and looks first whether our other packages are the ones that are found.
 _MODULES: "Final" = {
-    **dict.fromkeys(("Command", "Evaluation", "Network", "network", "train"), "networks"),
+    **dict.fromkeys(("Command", "Evaluation", "Network", "load_network", "train"), "networks"),
     **dict.fromkeys(("Contact", "Frame", "Orb", "Press", "Release"), "orbs"),
     **dict.fromkeys(("connect", "record"), "orbs"),
-    **dict.fromkeys(("Recording", "load", "simulate"), "recordings"),
+    **dict.fromkeys(("Recording", "load_recording", "simulate"), "recordings"),
 }
 
 

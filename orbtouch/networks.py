@@ -27,7 +27,7 @@ from models.results.verdict import GestureVerdict
 from orbtouch.recordings import Recording
 
 # Figures of `Evaluation` that every set of recordings has.
-_FIGURES: Final = ("f1", "precision", "recall", "false_alarms_per_min", "latency_s")
+_FIGURES: Final = ("f1", "precision", "recall", "false_alarms_per_min")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,18 +35,18 @@ class Command:
     """A recognised gesture with what it commands.
 
     Attributes:
-        t_s: When it was decided: seconds since the recording began, or of the orb's clock.
+        t: When it was decided: seconds since the recording began, or of the orb's clock.
         name: The command, such as "left"; "" for a gesture without one.
         gesture: Its label.
         probability: Of that label, 0 to 1.
-        touch: Position (x, y), grid units, (0, 0) at the near left taxel; None: nowhere.
+        position: Of the touch, (x, y), grid units, (0, 0) at the near left taxel; None: nowhere.
     """
 
-    t_s: float
+    t: float
     name: str
     gesture: str
     probability: float
-    touch: tuple[float, float] | None
+    position: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -54,34 +54,34 @@ class Evaluation:
     """How a network did on labelled recordings; figures are with 95 % intervals over sessions.
 
     Attributes:
-        labels: Gestures, "null" first.
+        classes: Gestures, "null" first.
         sessions: Number of recordings.
         events: Number of true gestures.
         f1: Harmonic mean of precision and recall, over gestures answered once and in time.
         precision: Share of answers that were right.
         recall: Share of gestures that were answered rightly.
         false_alarms_per_min: Answers to nothing, per idle minute.
-        latency_s: Median time from a gesture's onset to its answer.
-        location_error: Mean error of presses' positions, grid units; None: places are not known.
-        answered: Counts, (classes, classes): gestures (rows) by answers (columns), 0 is nothing.
+        latency: Median time from a gesture's onset to its answer, seconds.
+        position_error: Mean error of presses' positions, grid units; None: places are not known.
+        confusion: Counts, (classes, classes): gestures (rows) by answers (columns), 0 is nothing.
         verdict: A line for each gesture, worst first.
     """
 
-    labels: tuple[str, ...]
+    classes: tuple[str, ...]
     sessions: int
     events: int
     f1: Figure
     precision: Figure
     recall: Figure
     false_alarms_per_min: Figure
-    latency_s: Figure
-    location_error: Figure | None
-    answered: NDArray[np.int64]
+    latency: Figure
+    position_error: Figure | None
+    confusion: NDArray[np.int64]
     verdict: tuple[GestureVerdict, ...]
 
     def figures(self) -> dict[str, Figure]:
         """Return the figures by name."""
-        names = (*_FIGURES, "location_error")
+        names = (*_FIGURES, "latency", "position_error")
         return {name: one for name in names if (one := getattr(self, name)) is not None}
 
     def __str__(self) -> str:
@@ -97,7 +97,7 @@ class Evaluation:
 
 
 class Network:
-    """The networks of a bundle with all their settings; made by `network`, `teach` and `train`."""
+    """The networks of a bundle with their settings; see `load_network`, `train` and `teach`."""
 
     def __init__(self, data: bytes) -> None:
         """Read the content of a bundle's file; Error if it is damaged."""
@@ -105,7 +105,7 @@ class Network:
         self._bundle = bundles.parse(data)
 
     @property
-    def labels(self) -> tuple[str, ...]:
+    def classes(self) -> tuple[str, ...]:
         """Gestures that it tells apart, "null" first."""
         return self._bundle.labels
 
@@ -151,7 +151,7 @@ class Network:
         source = self._fitting(recording)
         inputs = replay.network_inputs(source.frames, self._bundle.preprocess)
         outputs = replay.Batched(self._bundle).probabilities(inputs.windows)
-        return replay.spread(outputs, inputs, len(source.frames), len(self.labels))[1]
+        return replay.spread(outputs, inputs, len(source.frames), len(self.classes))[1]
 
     def evaluate(self, recordings: Iterable[Recording]) -> Evaluation:
         """Return how it answers labelled recordings, by the event metric of docs/measurements.md.
@@ -166,12 +166,14 @@ class Network:
             raise UserError(str(error)) from None
         if not tallies:
             raise UserError("there is no recording to evaluate; give at least one")
-        found = evaluation.summarise("recordings", self.labels, tallies)
-        same = ("labels", "sessions", "events", "verdict", *_FIGURES)
+        found = evaluation.summarise("recordings", self.classes, tallies)
+        same = ("sessions", "events", "verdict", *_FIGURES)
         return Evaluation(
             **{name: getattr(found, name) for name in same},
-            location_error=found.location.error if found.location else None,
-            answered=np.array(found.answered, dtype=np.int64),
+            classes=found.labels,
+            latency=found.latency_s,
+            position_error=found.location.error if found.location else None,
+            confusion=np.array(found.answered, dtype=np.int64),
         )
 
     def teach(
@@ -198,13 +200,13 @@ class Network:
         """
         asked: dict[int, tuple[Recording, NDArray[np.bool_]]] = {}  # by session
         for one in examples:
-            replay.refuse(one.source, self._bundle)
-            new = one, np.zeros(len(one.source.frames), dtype=np.bool_)
-            asked.setdefault(id(one.source), new)[1][one.span] = True
+            replay.refuse(one._source, self._bundle)
+            new = one, np.zeros(len(one._source.frames), dtype=np.bool_)
+            asked.setdefault(id(one._source), new)[1][one._span] = True
         found, own = [], []
         for one, frames in asked.values():
-            session = add_gesture.Session.of(self._bundle, one.source)
-            names = Recording(one.source).label
+            session = add_gesture.Session.of(self._bundle, one._source)
+            names = Recording(one._source).labels
             found += session.examples(label, frames, names)
             own += session.stretches(label, frames, names)
         if not found:
@@ -221,7 +223,7 @@ class Network:
         return Network(bundles.assembled(made.manifest, made.parts))
 
     def save(self, path: Path | str) -> None:
-        """Write it as a bundle, for `network`, `controller install` and `--bundle`; OSError."""
+        """Write it as a bundle for `load_network` and `controller --bundle`; OSError."""
         atomic_write(Path(path), self._data)
 
     def export(self, folder: Path | str) -> list[Path]:
@@ -236,13 +238,13 @@ class Network:
 
     def _fitting(self, recording: Recording) -> Source:
         """Return the recording of the implementation; Error if it is not of this sensor."""
-        source = recording.cut()
+        source = recording._cut()
         replay.refuse(source, self._bundle)
         return source
 
     def __repr__(self) -> str:
         return (
-            f"<Network {self._bundle.hash[:8]}: {', '.join(self.labels[1:])}; "
+            f"<Network {self._bundle.hash[:8]}: {', '.join(self.classes[1:])}; "
             f"{self.shape[0]}×{self.shape[1]} at {self.rate_hz:g} Hz>"
         )
 
@@ -255,7 +257,7 @@ class Network:
         return f"{html.escape(repr(self))}<table>{rows}</table>"
 
 
-def network(path: Path | str | None = None) -> Network:
+def load_network(path: Path | str | None = None) -> Network:
     """Return the networks in a bundle's file, or those that ship; Error if it cannot be read."""
     data = Path(path) if path is not None else bundles.default_path()
     bundles.read(data)  # whose error names the file
@@ -295,4 +297,4 @@ def train(
         raise
     except ValueError as error:
         raise UserError(str(error)) from None
-    return network(out)
+    return load_network(out)

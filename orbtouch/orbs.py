@@ -4,11 +4,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.ui.orb_state import LinkState, OrbState
 from orbtouch.networks import Command
-from orbtouch.recordings import Recording, load
+from orbtouch.recordings import Recording, load_recording
 
 if TYPE_CHECKING:
     import pygame
@@ -38,52 +38,50 @@ class Contact:
     """What touches in one frame, with standard deviations.
 
     Attributes:
-        t_s: Seconds of the orb's clock, as everywhere.
-        x: Place across, grid units, (0, 0) at the near left taxel: the middle of all fingers.
-        y: Place along, grid units.
-        place_sigma: Of x and of y.
+        t: Seconds of the orb's clock, as everywhere.
+        position: (x, y), grid units, (0, 0) at the near left taxel: the middle of all fingers.
+        position_sigma: Of x and of y.
         depth_mm: Of the deepest finger.
         depth_sigma: mm.
         fingers: 1, 2, or 3 for more.
-        fingers_sure: Probability of that number.
+        fingers_probability: Probability of that number.
         angle_deg: Rotation since the fingers landed, counter-clockwise positive.
         angle_sigma: Degrees.
     """
 
-    t_s: float
-    x: float
-    y: float
-    place_sigma: float
+    t: float
+    position: tuple[float, float]
+    position_sigma: float
     depth_mm: float
     depth_sigma: float
     fingers: int
-    fingers_sure: float
+    fingers_probability: float
     angle_deg: float
     angle_sigma: float
 
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """The begin of a contact at `t_s`."""
+    """The begin of a contact at `t`."""
 
-    t_s: float
+    t: float
     contact: Contact
 
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """The end of a contact at `t_s`; `contact` is its last frame."""
+    """The end of a contact at `t`; `contact` is its last frame."""
 
-    t_s: float
+    t: float
     contact: Contact
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A scan: its number, its end at `t_s`, and `image`, see `Orb.image`."""
+    """A scan: its number, its end at `t`, and `image`, see `Orb.image`."""
 
     number: int
-    t_s: float
+    t: float
     image: NDArray[np.float32]
 
 
@@ -109,7 +107,7 @@ class Orb:
         return self._state.link
 
     @property
-    def labels(self) -> tuple[str, ...]:
+    def classes(self) -> tuple[str, ...]:
         """Gestures of the orb, "null" first; () before it is connected."""
         return self._state.labels
 
@@ -137,7 +135,7 @@ class Orb:
     @property
     def probabilities(self) -> dict[str, float]:
         """Present probability of each gesture; {} before it is connected."""
-        return dict(zip(self.labels, self._state.probabilities.tolist(), strict=False))
+        return dict(zip(self.classes, self._state.probabilities.tolist(), strict=False))
 
     def commands(self) -> list[Command]:
         """Return the commands of `events`, and leave out the others."""
@@ -169,13 +167,13 @@ class Orb:
             case Delivered(Telemetry(frame=number), t_ms):
                 self._scan = number, t_ms / 1000
             case Delivered(ContactState() as state, t_ms) if state.fingers:
-                values = (getattr(state, name) for name in Contact.__match_args__[1:])
-                self._contact = Contact(t_ms / 1000, *values)
+                x, y, *others = (getattr(state, name) for name in state.__match_args__[1:-1])
+                self._contact = Contact(t_ms / 1000, (x, y), *others)
                 if before is None:
                     yield Press(t_ms / 1000, self._contact)
         if before is not None and self._state.contact is None:
             self._contact = None
-            yield Release(item.t_ms / 1000 if isinstance(item, Delivered) else before.t_s, before)
+            yield Release(item.t_ms / 1000 if isinstance(item, Delivered) else before.t, before)
 
     def touch(self, *fingers: tuple[float, float], depth_mm: float = 9.0) -> None:
         """Put fingers on a virtual orb at (x, y), grid units, 0 to 4; none lifts all.
@@ -195,7 +193,7 @@ class Orb:
             self._panel = Panel()
         welcome = self._state.welcome
         area = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm) if welcome else DomeArea()
-        self._panel.place(rect or surface.get_rect(), area, gestures=len(self.labels[1:]))
+        self._panel.place(rect or surface.get_rect(), area, gestures=len(self.classes[1:]))
         self._panel.draw(surface, self._state, time.monotonic(), Look())
 
     def close(self) -> None:
@@ -222,8 +220,36 @@ class Orb:
         self.close()
 
 
+class VirtualOptions(TypedDict, total=False):
+    """Keywords of `connect`: options of `controller` for a virtual orb."""
+
+    seed: int
+    preset: str
+    fault: str
+    bundle: Path | str
+    mapping: Path | str
+
+
+class SensorOptions(VirtualOptions, total=False):
+    """Keywords of `record`: options of `controller`."""
+
+    sensor: str
+    user: str
+    session: str
+    label: str
+
+
+def _words(options: Mapping[str, object], known: type) -> list[str]:
+    """Return keywords as words of a command line; Error if one is not known."""
+    names = sorted(known.__annotations__)
+    for name in options:
+        if name not in names:
+            raise UserError(f"there is no option {name!r}; there are {', '.join(names)}")
+    return [word for name, value in options.items() for word in (f"--{name}", str(value))]
+
+
 def connect(
-    link: str = VIRTUAL, *, key: Path | str | None = None, options: Sequence[str] = ()
+    link: str = VIRTUAL, *, key: Path | str | None = None, **options: Unpack[VirtualOptions]
 ) -> Orb:
     """Return an orb, and connect to it in the background.
 
@@ -231,13 +257,17 @@ def connect(
         link: "virtual" starts a simulated orb in a process of its own; else a port (/dev/rfcomm0,
             COM3) or a URL (rfcomm://ADDRESS, socket://127.0.0.1:PORT).
         key: File of the key that the orb and this computer share (docs/link.md).
-        options: Further ones of `controller` for a virtual orb, such as ("--seed", "7").
+        options: Of a virtual orb: seed=7, preset="paper-snr", fault="dead:2,3", bundle="my.orb" or
+            mapping="my.toml", as of `controller` (docs/running.md).
 
     Raises:
-        Error: The key cannot be read.
+        Error: The key cannot be read, or there is no such option.
     """
     secret = b"" if key is None else psk.read(Path(key))
-    process = VirtualOrbProcess(1, options) if link == VIRTUAL else None
+    words = _words(options, VirtualOptions)
+    if words and link != VIRTUAL:
+        raise UserError(f"options are those of a virtual orb; leave them out with {link}")
+    process = VirtualOrbProcess(1, words) if link == VIRTUAL else None
     if process is not None:
         receiver = Receiver(process.open, token=process.token)
     else:
@@ -246,27 +276,29 @@ def connect(
     return Orb(receiver, process)
 
 
-def record(path: Path | str, seconds: float, *options: str) -> Recording:
+def record(path: Path | str, duration: float, **options: Unpack[SensorOptions]) -> Recording:
     """Record a sensor on this machine into a new file, in real time; return the recording.
 
     Args:
         path: File to make, NAME.npz.
-        seconds: How long, from the sensor's start.
-        options: Those of `controller`, such as "--sensor", "orb", "--label", "press"; by default a
-            virtual orb that nobody touches.
+        duration: How long, from the sensor's start, seconds.
+        options: sensor="orb", user="ada", session="1" and label="press", as of `controller`, and
+            those of `connect`; by default a virtual orb without touches.
 
     Raises:
-        Error: The sensor cannot be read, or the file is there already; the message says why.
+        Error: The sensor cannot be read, there is no such option, or the file is there already;
+            the message says why.
     """
-    command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-", *options]
+    command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
+    command += _words(options, SensorOptions)
     with subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
         try:
-            message = process.communicate(timeout=seconds)[1]
+            message = process.communicate(timeout=duration)[1]
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGTERM)
             message = process.communicate()[1]
     if process.returncode:
         raise UserError(message.strip().removeprefix("controller: ") or "nothing was recorded")
-    return load(path)
+    return load_recording(path)

@@ -23,15 +23,13 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A session of n frames, or a slice of one; made by `load`, `simulate` and `record`.
+    """A session of n frames, or a slice of one; made by `load_recording`, `simulate` and `record`.
 
     `session[2.0:3.5]` is the slice from 2.0 to 3.5 s, with the times of the whole session, which
     it remembers: `Network.teach` looks at the frames before and after. Nothing is changed in place.
 
     Attributes:
         name: Of the file or simulation, for messages.
-        source: The whole session as the implementation has it, which may change.
-        span: The slice's frames in it.
     """
 
     def __init__(
@@ -40,56 +38,56 @@ class Recording:
         name: str = "recording",
         span: slice | None = None,
     ) -> None:
-        """Wrap a recording of the implementation; use `load`, `simulate` or `record` instead."""
-        self.source = source
-        self.span = slice(0, len(source.frames)) if span is None else span
+        """Wrap a recording of the implementation; use `load_recording` instead."""
+        self._source = source
+        self._span = slice(0, len(source.frames)) if span is None else span
         self.name = name
 
     @property
     def frames(self) -> NDArray[np.float32]:
         """Readings as measured, (n, rows, columns), in `unit`; row 0 is the player's far side."""
-        return self.source.frames[self.span]
+        return self._source.frames[self._span]
 
     @property
     def t(self) -> NDArray[np.float64]:
         """Time of each frame, (n,), seconds since the session began."""
-        return self.source.t[self.span]
+        return self._source.t[self._span]
 
     @property
-    def label(self) -> NDArray[np.str_]:
+    def labels(self) -> NDArray[np.str_]:
         """The gesture in each frame, (n,): "null" none, "" unknown.
 
         It is the truth of a simulation, else what people labelled: by button, key or cue.
         """
-        sources = labellers(self.source, least=0)
+        sources = labellers(self._source, least=0)
         if not sources:
             return np.full(len(self), "", dtype=np.str_)
-        names = np.array([*self.labels, ""])
-        return np.asarray(names[column(self.source, sources[0])[self.span]])
+        names = np.array([*self.classes, ""])
+        return np.asarray(names[column(self._source, sources[0])[self._span]])
 
     @property
-    def labels(self) -> tuple[str, ...]:
+    def classes(self) -> tuple[str, ...]:
         """Names of the gestures, "null" first."""
-        return self.source.origin.labels
+        return self._source.origin.labels
 
     @property
     def unit(self) -> str:
         """Unit of the frames; "pF", or what the sensor counts in."""
-        return self.source.origin.unit
+        return self._source.origin.unit
 
     @property
     def user(self) -> str:
         """ID of the person; "" unknown."""
-        return self.source.origin.user
+        return self._source.origin.user
 
     @property
     def rate_hz(self) -> float:
         """Frames per second."""
-        return self.source.rate_hz
+        return self._source.rate_hz
 
     @property
-    def seconds(self) -> float:
-        """Time from the first frame to the last."""
+    def duration(self) -> float:
+        """Time from the first frame to the last, seconds."""
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     def __len__(self) -> int:
@@ -104,44 +102,44 @@ class Recording:
         """
         if not isinstance(seconds, slice) or seconds.step is not None:
             raise TypeError("a recording is sliced by seconds, such as session[2.0:3.5]")
-        t = self.source.t
+        t = self._source.t
         bounds = (
             -np.inf if seconds.start is None else seconds.start,
             np.inf if seconds.stop is None else seconds.stop,
         )
         first, end = np.searchsorted(t, bounds).tolist()
-        first, end = max(first, self.span.start), min(end, self.span.stop)
+        first, end = max(first, self._span.start), min(end, self._span.stop)
         if first >= end:
             raise UserError(
                 f"there is no frame from {bounds[0]:g} to {bounds[1]:g} s; the recording has "
                 f"frames from {self.t[0]:g} to {self.t[-1]:g} s"
             )
-        return Recording(self.source, self.name, slice(first, end))
+        return Recording(self._source, self.name, slice(first, end))
 
     def gestures(self, label: str) -> Iterator["Recording"]:
         """Yield a slice for each time a gesture lasts, in order; none if it never does."""
-        runs = np.flatnonzero(np.diff(self.label == label, prepend=False, append=False))
-        for first, end in (runs.reshape(-1, 2) + self.span.start).tolist():
-            yield Recording(self.source, self.name, slice(first, end))
+        runs = np.flatnonzero(np.diff(self.labels == label, prepend=False, append=False))
+        for first, end in (runs.reshape(-1, 2) + self._span.start).tolist():
+            yield Recording(self._source, self.name, slice(first, end))
 
     def save(self, path: Path | str) -> None:
-        """Write it, or the slice, as a file that `load` and all commands read; OSError."""
-        atomic_write(Path(path), edit.sealed(self.cut()))
+        """Write it, or the slice, as a file that all commands read; OSError."""
+        atomic_write(Path(path), edit.sealed(self._cut()))
 
     def relabel(self, label: str | None = None, *, excluded: bool | None = None) -> "Recording":
         """Return the whole session with another label in this slice, `session[2.0:3.5]`.
 
         Args:
-            label: One of `labels`, or "unknown"; None leaves it.
+            label: One of `classes`, or "unknown"; None leaves it.
             excluded: Whether training leaves these frames out; None leaves that.
 
         Raises:
             Error: There is no such label, or nothing is to be changed.
         """
-        sources = labellers(self.source, least=0)
+        sources = labellers(self._source, least=0)
         end = float(np.nextafter(self.t[-1], np.inf))
         changed = edit.relabel(
-            self.source,
+            self._source,
             float(self.t[0]),
             end,
             self.name,
@@ -151,12 +149,12 @@ class Recording:
         )
         return Recording(changed, self.name)
 
-    def cut(self) -> recording.Recording:
+    def _cut(self) -> recording.Recording:
         """Return what is inside the slice alone, as the implementation has it."""
-        if len(self) == len(self.source.frames):
-            return self.source
+        if len(self) == len(self._source.frames):
+            return self._source
         end = float(np.nextafter(self.t[-1], np.inf))
-        return edit.trim(self.source, float(self.t[0]), end, self.name)
+        return edit.trim(self._source, float(self.t[0]), end, self.name)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a table: time as index, a column a taxel ("r0c0" …), and "label"; needs pandas."""
@@ -168,7 +166,7 @@ class Recording:
         names = [f"r{r}c{c}" for r in range(rows) for c in range(columns)]
         index = pandas.Index(self.t, name="t")
         table = pandas.DataFrame(self.frames.reshape(len(self), -1), index, names)
-        return table.assign(label=self.label)
+        return table.assign(label=self.labels)
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw each taxel over time, with the labelled gestures shaded; needs Matplotlib.
@@ -184,7 +182,7 @@ class Recording:
         readings = self.frames.reshape(len(self), -1)
         axes.plot(self.t, readings - np.median(readings, axis=0), lw=0.8)
         shaded = {}
-        for number, label in enumerate(self.labels[1:]):
+        for number, label in enumerate(self.classes[1:]):
             for one in self.gestures(label):
                 shaded[label] = axes.axvspan(*one.t[[0, -1]], fc=f"C{number}", alpha=0.25)
         axes.legend(shaded.values(), shaded, loc="lower right", fontsize=8, frameon=False)
@@ -194,7 +192,7 @@ class Recording:
     def __repr__(self) -> str:
         size = "×".join(map(str, self.frames.shape[1:]))
         return (
-            f"<Recording {self.name!r}: {len(self)} frames of {size}, {self.seconds:.1f} s at "
+            f"<Recording {self.name!r}: {len(self)} frames of {size}, {self.duration:.1f} s at "
             f"{self.rate_hz:.1f} Hz, {self.unit}>"
         )
 
@@ -211,7 +209,7 @@ class Recording:
         return f'{text}<br><img alt="{text}" src="data:image/png;base64,{data}">'
 
 
-def load(path: Path | str) -> Recording:
+def load_recording(path: Path | str) -> Recording:
     """Return the recording in a file; Error if it is none, with the reason."""
     return Recording(reader.load(path), Path(path).stem)
 

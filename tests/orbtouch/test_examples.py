@@ -72,7 +72,7 @@ def test_the_circle_is_where_the_finger_is_and_as_wide_as_it_is_deep(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     class TouchedOrb(ScriptedOrb):
-        contact = orbtouch.Contact(0.0, 2.0, 1.0, 0.1, 8.0, 0.4, 1, 0.9, 0.0, 0.0)
+        contact = orbtouch.Contact(0.0, (2.0, 1.0), 0.1, 8.0, 0.4, 1, 0.9, 0.0, 0.0)
 
         def touch(self, *fingers: tuple[float, float], depth_mm: float = 0.0) -> None:
             assert (fingers, depth_mm) == ((), 6.0)
@@ -173,7 +173,7 @@ def test_the_notebook_runs_from_top_to_bottom(
     shown = [run(cell, space) for cell in cells if cell["cell_type"] == "code"]
     assert isinstance(shown[0], orbtouch.Recording)
     assert isinstance(shown[-3], orbtouch.Evaluation)
-    assert shown[-3].labels[-1] == "swipe"
+    assert shown[-3].classes[-1] == "swipe"
     assert (tmp_path / "mine.orb").is_file()
 
 

@@ -28,18 +28,18 @@ def url() -> Iterator[str]:
 def test_commands_are_iterated_as_they_come(url: str) -> None:
     with orbtouch.connect(url) as orb:
         first, second = islice(orb, 2)
-    assert (first.name, first.gesture, first.touch) == ("drop", "pinch", None)
-    assert second.t_s - first.t_s == pytest.approx(0.2)  # ten frames of 20 ms
+    assert (first.name, first.gesture, first.position) == ("drop", "pinch", None)
+    assert second.t - first.t == pytest.approx(0.2)  # ten frames of 20 ms
 
 
 def test_state_and_panel_are_those_of_the_orb(url: str) -> None:
     with orbtouch.connect(url) as orb:
-        assert orb.labels == ()
+        assert orb.classes == ()
         next(iter(orb))
         assert orb.link == "live"
-        assert orb.labels == fake_device.welcome().labels
+        assert orb.classes == fake_device.welcome().labels
         assert orb.image.shape == (5, 5)
-        assert list(orb.probabilities) == list(orb.labels)
+        assert list(orb.probabilities) == list(orb.classes)
         surface = pygame.Surface((390, 600))
         orb.draw(surface, pygame.Rect(0, 0, 390, 600))
     assert np.ptp(pygame.surfarray.array3d(surface)) > 100  # there is a picture
@@ -84,9 +84,9 @@ def test_press_command_and_release_are_told_in_order_with_their_times() -> None:
         Delivered(ContactState(8), 900),
     )
     press, command, release = orbtouch.Orb(told).events()
-    deepest = orbtouch.Contact(0.8, 2.0, 1.5, 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
+    deepest = orbtouch.Contact(0.8, (2.0, 1.5), 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
     assert isinstance(press, orbtouch.Press)
-    assert (press.t_s, press.contact.depth_mm) == (0.7, 6.0)
+    assert (press.t, press.contact.depth_mm) == (0.7, 6.0)
     assert command == orbtouch.Command(0.8, "drop", "pinch", 0.5, None)
     assert release == orbtouch.Release(0.9, deepest)
 
@@ -102,7 +102,7 @@ def test_contact_frame_and_held_gesture_are_the_present_ones_until_the_link_is_l
     assert contact is not None
     assert (contact.angle_deg, orb.held) == (-30.0, "press")
     assert frame is not None
-    assert (frame.number, frame.t_s) == (8, 0.8)
+    assert (frame.number, frame.t) == (8, 0.8)
     assert frame.image == pytest.approx(-0.01)
     told.received = [Lost("it was cut off")]
     assert orb.events() == [orbtouch.Release(0.8, contact)]
@@ -112,7 +112,7 @@ def test_contact_frame_and_held_gesture_are_the_present_ones_until_the_link_is_l
 @pytest.mark.slow
 def test_a_touch_on_a_virtual_orb_is_a_command() -> None:
     """A press of a fifth of a second at the left, timed by the orb's own frames."""
-    with orbtouch.connect(options=("--seed", "3")) as orb:
+    with orbtouch.connect(seed=3) as orb:
         found: list[orbtouch.Command] = []
         while orb.link != "live" or not orb.probabilities.get("null", 0) > 0.9:
             found += orb.commands()
@@ -123,13 +123,13 @@ def test_a_touch_on_a_virtual_orb_is_a_command() -> None:
             orb.touch((0, 2)) if frame % 60 < 8 else orb.touch()
             found += orb.commands()
     assert (found[0].gesture, found[0].name) == ("press", "left")
-    assert found[0].touch == pytest.approx((0.0, 2.0), abs=0.6)
+    assert found[0].position == pytest.approx((0.0, 2.0), abs=0.6)
 
 
 @pytest.mark.slow
 def test_a_sensor_is_recorded(tmp_path: Path) -> None:
-    made = orbtouch.record(tmp_path / "own.npz", 4.0, "--seed", "3")
+    made = orbtouch.record(tmp_path / "own.npz", 4.0, seed=3)
     assert made.frames.shape[1:] == (5, 5)
-    assert 1.0 < made.seconds < 4.0
+    assert 1.0 < made.duration < 4.0
     with pytest.raises(orbtouch.Error, match="own"):
         orbtouch.record(tmp_path / "own.npz", 4.0)

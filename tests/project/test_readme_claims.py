@@ -41,7 +41,7 @@ def test_what_was_never_plugged_in_is_said_at_the_top_and_for_every_part(name: s
 def test_the_sensor_is_a_grid_of_5_by_5_and_its_networks_are_two_and_small() -> None:
     assert "a 5×5 grid of stretchable capacitors. Two small neural networks" in TEXT
     shipped = bundle.default_path().read_bytes()
-    assert orbtouch.network().shape == (5, 5)
+    assert orbtouch.load_network().shape == (5, 5)
     assert sorted(name for name in container.unpack(shipped) if name.endswith(".onnx")) == [
         "embedding.onnx", "location.onnx",
     ]  # fmt: skip

@@ -88,19 +88,19 @@ def test_what_else_a_recording_shows_of_a_person_is_known_by_its_labels() -> Non
     """Frames of other gestures and of rest, but no window that spans a lost frame."""
     loaded = bundle.read(Path(SHIPPED))
     made = ot.simulate(minutes=0.5, rate_hz=10.0, gestures=("press", "swipe"), seed=4)
-    session, swipe = Session.of(loaded, made.source), made.label == "swipe"
-    found = session.stretches("swipe", swipe, made.label)
+    session, swipe = Session.of(loaded, made._source), made.labels == "swipe"
+    found = session.stretches("swipe", swipe, made.labels)
     assert {label for label, _ in found} == {"null", "press"}
     assert all(windows.shape[1:] == (10, 5, 5) for _, windows in found)
     lost = replace(session, part=np.arange(len(made)))
-    assert lost.stretches("swipe", swipe, made.label) == []
+    assert lost.stretches("swipe", swipe, made.labels) == []
 
 
 def test_a_frame_of_another_gesture_is_no_rest_before_an_example() -> None:
     made = ot.simulate(minutes=0.3, rate_hz=10.0, gestures=("swipe",), seed=4)
-    session, asked = Session.of(bundle.read(Path(SHIPPED)), made.source), made.label == "swipe"
-    plain = session.examples("swipe", asked, made.label)
-    names = np.where(asked, made.label, "press")
+    session, asked = Session.of(bundle.read(Path(SHIPPED)), made._source), made.labels == "swipe"
+    plain = session.examples("swipe", asked, made.labels)
+    names = np.where(asked, made.labels, "press")
     bare = session.examples("swipe", asked, names)
     assert all(len(one.images) < len(other.images) for one, other in zip(bare, plain, strict=True))
     assert all(one.span and one.span[0] < 1.0 for one in bare)
