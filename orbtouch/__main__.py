@@ -21,7 +21,7 @@ def main(argv: list[str] | None = None) -> int:
             verb = cli.find(name)
         except errors.UserError as error:
             return errors.complain("orbtouch", error, error.status)
-        program = import_module(f"{verb.program}.__main__")
+        program = import_module(verb.program)
     status: int = program.main([*verb.words, *rest])
     return status
 

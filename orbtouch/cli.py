@@ -8,7 +8,9 @@ from typing import Final
 from controller.shared.errors import unknown_command
 from orbtouch import __version__
 
-_PLAY, _TEACH, _TRAIN, _CARE = "play", "teach", "train", "look after an orb"  # headings of the help
+# Headings of the help.
+_PLAY, _TEACH, _TRAIN, _CARE = "play", "teach", "train", "look after an orb"
+_READ: Final = "read"
 _TEACHING: Final = ("teach", "recordings")
 _FRAME: Final = """\
 usage: orbtouch [VERB] [-h] ...
@@ -29,7 +31,7 @@ class Verb:
 
     name: str
     heading: str  # where the help lists it
-    program: str  # package that runs it
+    program: str  # module whose `main` runs it
     purpose: Callable[[], str]  # returns a line of help, from the program's own table
     words: tuple[str, ...] = ()  # what the program calls it; (): what it does without a verb
 
@@ -41,23 +43,27 @@ def verbs() -> Iterator[Verb]:
     """
     import host.cli
 
-    yield Verb("play", _PLAY, "host", partial(str, host.cli.PLAY[1]))
+    yield Verb("play", _PLAY, "host.__main__", partial(str, host.cli.PLAY[1]))
     import tetris
 
-    yield Verb("tetris", _PLAY, "tetris", partial(str, tetris.PURPOSE))
+    yield Verb("tetris", _PLAY, "tetris.__main__", partial(str, tetris.PURPOSE))
     for name, (_, purpose) in host.cli.VERBS.items():
-        yield Verb(name, _CARE, "host", partial(str, purpose), (name,))
+        yield Verb(name, _CARE, "host.__main__", partial(str, purpose), (name,))
     from controller.cli import COMMANDS
 
-    yield Verb("run", _CARE, "controller", partial(str, COMMANDS[""][1]))
+    yield Verb("run", _CARE, "controller.__main__", partial(str, COMMANDS[""][1]))
     for name, (_, purpose) in COMMANDS.items():
         if name and name not in host.cli.VERBS:
             heading = _TEACH if name in _TEACHING else _CARE
-            yield Verb(name, heading, "controller", partial(str, purpose), (name,))
+            yield Verb(name, heading, "controller.__main__", partial(str, purpose), (name,))
     from models import cli
 
     for name in cli.names():
-        yield Verb(name, _TRAIN, "models", partial(_summary, name), (name,))
+        yield Verb(name, _TRAIN, "models.__main__", partial(_summary, name), (name,))
+    from orbtouch import pages
+
+    for name, purpose in pages.VERBS.items():
+        yield Verb(name, _READ, "orbtouch.pages", partial(str, purpose), (name,))
 
 
 def _summary(name: str) -> str:
@@ -86,7 +92,7 @@ def _help() -> str:
     """Return every verb with its purpose, under its heading."""
     found = list(verbs())
     lines = []
-    for heading in (_PLAY, _TEACH, _TRAIN, _CARE):
+    for heading in (_PLAY, _TEACH, _TRAIN, _CARE, _READ):
         lines += ["", f"{heading}:"]
         lines += [f"  {v.name:11}  {v.purpose()}" for v in found if v.heading == heading]
     return _FRAME.format("\n".join([*lines, ""]))

@@ -176,7 +176,7 @@ class Recording:
         try:
             from matplotlib.figure import Figure
         except ImportError:
-            raise UserError(f"a plot needs Matplotlib; {how_to_install('train')}") from None
+            raise UserError(f"a plot needs Matplotlib; {how_to_install('plot')}") from None
         if axes is None:
             axes = Figure(figsize=(9, 3), layout="constrained").add_subplot()
         readings = self.frames.reshape(len(self), -1)

@@ -46,7 +46,7 @@ PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; optional ones be
 _OLD_PART = "gesture.onnx"  # of formats 1 to 4
 _OLD = (
     "is of an older version, in another form; train it again from its recordings, or teach its "
-    "gestures to the bundle that ships (docs/teach.md)"
+    "gestures to the bundle that ships (orbtouch docs teach)"
 )
 _MAX_PARTS = 64
 _UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2

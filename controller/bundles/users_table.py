@@ -78,7 +78,7 @@ def _strengths(value: Any, names: Sequence[str]) -> dict[str, float]:
 
 def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:
     """Return the mapping in a TOML file, and those of its [users.NAME]; UserError if it cannot."""
-    table = config.checked(path, dict, MappingError, "docs/mapping.md")
+    table = config.checked(path, dict, MappingError, "orbtouch docs mapping")
     users = table.pop(USERS, {})
     if not isinstance(users, dict) or not all(isinstance(own, dict) for own in users.values()):
         raise MappingError(f"{path}: [{USERS}] holds anything but a table for each name")
@@ -89,7 +89,7 @@ def read_mapping(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, 
             mappings.append(parse_mapping(rules, labels))
         except MappingError as error:
             line = _line(path, section, error)
-            raise MappingError(f"{path}{line}: {error} (docs/mapping.md)") from None
+            raise MappingError(f"{path}{line}: {error} (orbtouch docs mapping)") from None
     return mappings[0], dict(zip(users, mappings[1:], strict=True))
 
 

@@ -194,7 +194,7 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
     try:
         mapping.parse(vocabulary.table, labels)
     except MappingError as error:
-        raise VocabularyError(f"{source}: {error} (docs/mapping.md)") from None
+        raise VocabularyError(f"{source}: {error} (orbtouch docs mapping)") from None
 
 
 def _entry(where: str, table: Any, folder: Path) -> Entry:

@@ -85,7 +85,7 @@ def examine(
     except SensorError as error:
         if spec.partition(":")[0] != REAL:
             raise
-        yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+        yield Row("sensor", Verdict.FAULT, str(error), "See orbtouch docs hardware.", "sensor")
         yield from _board_alone(spec)
         return
     with closing(sensor):
@@ -125,7 +125,7 @@ def _trial_rows(watch: FrameReader, out: Path | None) -> Iterator[Row]:
     if out is None or known is None:
         return
     if trial.sign is None:
-        say("no description is written, as no touch was seen (docs/sensors.md)")
+        say("no description is written, as no touch was seen (orbtouch docs sensors)")
         return
     unit = "counts" if trial.at_zero and unit == PICOFARAD else unit
     seen = replace(known, unit=unit, sign=trial.sign, scale=trial.scale)
@@ -169,4 +169,4 @@ def sensor_rows(sensor: Sensor) -> Iterator[Row]:
             else:
                 yield Row("pump", Verdict.GOOD, f"{driver.pressure_kpa:.2f} kPa")
     except SensorError as error:
-        yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+        yield Row("sensor", Verdict.FAULT, str(error), "See orbtouch docs hardware.", "sensor")

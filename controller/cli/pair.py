@@ -42,7 +42,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="controller pair",
         description="Let a host find this orb and pair with it, for a limited time. Both show six "
         "digits; confirm them here if they are the same.",
-        epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
+        epilog="The orb's own button does the same, without digits. See orbtouch docs bluetooth.",
     )
     add = parser.add_argument
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")

@@ -43,7 +43,8 @@ def _check(argv: Sequence[str]) -> int:
         "doubtful or failed) with its reasons, and a file that is named a summary with a picture "
         "of each class. Rows and columns of taxels count from the top left, from 0. The exit "
         "status is that of the worst file: 0 good, 1 doubtful, 2 failed.",
-        epilog="Try it: controller recordings assets/demo.npz; other sensors' arrays: "
+        epilog="Try it: orbtouch examples OUT; controller recordings OUT/demo.npz. Other sensors' "
+        "arrays: "
         "controller recordings import --help",
     )
     add = grammar.add_argument
@@ -148,8 +149,8 @@ def _import(argv: Sequence[str]) -> int:
     grammar = Parser(
         prog="controller recordings import",
         description="Turn arrays or tables of another sensor (.npz, .npy, .csv) into recordings, "
-        "one for each person and session, as a short TOML file describes them (docs/recording.md). "
-        "Existing files are kept, so an interrupted import continues where it was.",
+        "one for each person and session, as a short TOML file describes them. Existing files "
+        "are kept, so an interrupted import continues where it was: orbtouch docs recording.",
     )
     add = grammar.add_argument
     add("sources", metavar="SOURCE", nargs="+", type=Path, help="arrays, or a table")

@@ -179,7 +179,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--preset", metavar="NAME", help=text)
     text = (
         "break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, air_leak ...: "
-        "docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md"
+        "orbtouch docs simulator; with --sensor emulated its wiring, too: orbtouch docs hardware"
     )
     add("--fault", metavar="FAULT", action="append", help=text)
     text = (
@@ -187,17 +187,17 @@ def _parser() -> argparse.ArgumentParser:
         "into use, else the one that ships)"
     )
     add("--bundle", metavar="FILE", type=Path, help=text)
-    text = "gestures to commands, in place of the bundle's: docs/mapping.md"
+    text = "gestures to commands, in place of the bundle's: orbtouch docs mapping"
     add("--mapping", metavar="FILE", type=Path, help=text)
     text = (
         "destination of commands: - prints, listen://127.0.0.1:PORT waits for a host, rfcomm: "
-        "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), else a "
-        "serial port or a pyserial URL (default: -)"
+        "waits for paired ones over Bluetooth (controller pair --help, orbtouch docs bluetooth), "
+        "else a serial port or a pyserial URL (default: -)"
     )
     add("--link", metavar="URL", help=text)
     text = (
         "the pre-shared key of this orb and its host, for --link; drawn if there is no such file: "
-        "docs/link.md"
+        "orbtouch docs link"
     )
     add("--key", metavar="FILE", type=Path, help=text)
     text = (
@@ -212,7 +212,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--record", metavar="PATH", nargs="?", type=Path, const=Path(), help=text)
     text = (
         "the user who touches the sensor, for --record: letters and digits; and the player, if "
-        "enrolled (docs/users.md; default: as identified)"
+        "enrolled (orbtouch docs users; default: as identified)"
     )
     add("--user", metavar="ID", help=text)
     text = "name of the user's session, for --record (default: today's date)"

@@ -94,7 +94,7 @@ def _parser() -> Parser:
         prog="controller teach",
         description="Gather examples of your own gestures: get ready, go, rest, until there is "
         f"enough of all. The gestures stand in DIR/{FILE}; without it they are the paper's. Or "
-        "teach a bundle one further gesture at once: --add NAME. All of it: docs/teach.md.",
+        "teach a bundle one further gesture at once: --add NAME. All of it: orbtouch docs teach.",
         epilog="Try it without hardware (seconds): controller teach --out mine",
         formatter_class=lambda prog: HelpFormatter(prog, max_help_position=18),
     )

@@ -194,7 +194,7 @@ FUNCTIONS: Final = {GAMEPAD: "functions/hid.pad", KEYBOARD: "functions/hid.keybo
 _CONFIG: Final = "configs/c.1"
 _STRINGS: Final = "strings/0x409"  # US English
 _FOLDERS: Final = (_STRINGS, *FUNCTIONS.values(), _CONFIG, f"{_CONFIG}/{_STRINGS}")
-_HELP: Final = "(docs/hid.md, USB)"
+_HELP: Final = "(orbtouch docs hid, USB)"
 _ADVICE: Final = {errno.EBUSY: "another gadget has this port; name another, as in usb:NAME"}
 # Unbinds the gadget when this process ends, also by SIGKILL: the kernel itself would keep it, and
 # the host would keep the last report. The pipe from this process then ends.

@@ -77,7 +77,7 @@ class Users:
         made = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
         for name, own in single.items():
             if name not in self.names:
-                known = ", ".join(self.names) or "none (docs/users.md)"
+                known = ", ".join(self.names) or "none (orbtouch docs users)"
                 raise MappingError(f"[users] has rules for {name!r}; enrolled are {known}")
             made[name] = made.get(name, Mapping()).overridden(own)
         return replace(self, mappings=made)

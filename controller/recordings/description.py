@@ -85,5 +85,5 @@ class Description:
 
 def described(path: Path) -> Description:
     """Return the description in a file; UserError if it cannot be read, or is impossible."""
-    page = "docs/recording.md"
+    page = "orbtouch docs recording"
     return checked(path, lambda table: settings(Description, table), RecordingError, page)

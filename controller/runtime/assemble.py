@@ -191,7 +191,7 @@ def _check_names(options: RunOptions, bundle: Bundle) -> None:
             f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
         )
     if options.user and options.record is None and options.user not in bundle.users.names:
-        known = ", ".join(bundle.users.names) or "none (docs/users.md)"
+        known = ", ".join(bundle.users.names) or "none (orbtouch docs users)"
         raise UserError(
             f"--user {options.user} is for recordings, and for users enrolled in the bundle; "
             f"enrolled are {known}; add --record"

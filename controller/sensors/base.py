@@ -118,7 +118,7 @@ def add_option(grammar: argparse.ArgumentParser, purpose: str) -> None:
     text = (
         f"{purpose}: {', '.join(names())}, with options of its own, such as "
         "virtual:seed=7,fault=dead:2,3 or lines:wiring=FILE, a description of the sensor or of "
-        "what hangs on which pin: docs/sensors.md, docs/hardware.md (default: virtual)"
+        "what hangs on which pin: orbtouch docs sensors, orbtouch docs hardware (default: virtual)"
     )
     grammar.add_argument("--sensor", metavar="NAME[:KEY=VALUE,...]", default="virtual", help=text)
 

@@ -108,7 +108,7 @@ def start(
     if description.signal.ratio and description.frame(parser.latest).min() <= 0.0:
         raise SensorError(
             f"{description.name} reads 0 pF or less, which is no capacitance; give its description "
-            "another unit (docs/sensors.md)"
+            "another unit (orbtouch docs sensors)"
         )
     read_hz = own_hz if rate_hz is None else affordable(own_hz, rate_hz)
     return Lines(description, port, parser, read_hz)

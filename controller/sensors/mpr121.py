@@ -70,7 +70,7 @@ class Mpr121(Sensor):
         if description.length > chips * ELECTRODES:
             raise HardwareError(
                 f"the description needs more than the {chips * ELECTRODES} electrodes of its "
-                "chips; add addresses, or shorten the grid (docs/sensors.md)"
+                "chips; add addresses, or shorten the grid (orbtouch docs sensors)"
             )
         self.description = replace(description, unit=PICOFARAD, sign="rises")
         self._bus = bus

@@ -32,7 +32,8 @@ class TroubleError(UserError):
 
 def how_to_install(extra: str) -> str:
     """Return the command that installs an optional part of this program, such as "bluetooth"."""
-    return f"pip install 'orbtouch[{extra}]' (in a clone: pip install -e '.[{extra}]')"
+    small = "; PyTorch's CPU build is enough: orbtouch docs training" if "train" in extra else ""
+    return f"pip install 'orbtouch[{extra}]' (in a clone: pip install -e '.[{extra}]'){small}"
 
 
 def reason(error: OSError) -> str:

@@ -52,6 +52,13 @@ def config_folder() -> Path:
     return platformdirs.user_config_path(_APPLICATION, appauthor=False)
 
 
+def shipped(name: str) -> Path:
+    """Return a folder of the project, such as "docs"; in a wheel these are in `assets`."""
+    root = Path(__file__).resolve().parents[2]
+    packed = root / "assets" / name
+    return packed if packed.is_dir() else root / name
+
+
 def open_regular(path: Path) -> IO[bytes]:
     """Open a regular file for reading, or raise OSError: pipes and devices may never end."""
     try:

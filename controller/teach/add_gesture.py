@@ -48,7 +48,7 @@ def plan(given: SessionPlan, label: str, command: str | None, known: Bundle) -> 
     if old and command is not None:
         raise TeachError(f"{label!r} asks for something already; --command is for new gestures")
     if given.repetitions > MOST:
-        raise TeachError(f"from more than {MOST} examples, train a bundle (docs/teach.md)")
+        raise TeachError(f"from more than {MOST} examples, train a bundle (orbtouch docs teach)")
     entry = replace(entry, command=command if old else command or entry.command)
     wanted = replace(given.vocabulary, name=label, entries=(entry,))
     return replace(given, out=given.out / label, vocabulary=wanted, rate_hz=known.rate_hz)

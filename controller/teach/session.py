@@ -185,7 +185,7 @@ def _check_hand(plan: SessionPlan) -> None:
         if not knows(plan.vocabulary.files, label):
             raise TeachError(
                 f'the virtual orb\'s hand cannot do {label!r}; write file = "{label}.toml" to it '
-                "(docs/gestures.md)"
+                "(orbtouch docs gestures)"
             )
 
 

@@ -227,7 +227,7 @@ def _add_orb(add: Callable[..., None]) -> None:
         "the orb of this identity or name, whatever its port; host find lists them. Without "
         "--target it plays what it played last",
     )
-    key = "the key that the orb was started with, made by `controller --key FILE`: docs/link.md"
+    key = "the orb's own key, made by `controller --key FILE` (orbtouch docs link)"
     add("--key FILE", key, type=Path)
 
 
@@ -236,18 +236,18 @@ def _add_targets(add: Callable[..., None]) -> None:
     add(
         "--tap NAME",
         f"let other programs read along: {', '.join(taps.names())}, or "
-        "osc://HOST:PORT (docs/taps.md); may be given several times",
+        "osc://HOST:PORT (orbtouch docs taps); may be given several times",
         action="append",
         default=[],
     )
     serves = (
         "serve a page on this address of this machine, ADDRESS or ADDRESS:PORT, with which a phone "
-        f"touches the virtual orb (docs/play.md; default port: {phone.PORT})"
+        f"touches the virtual orb (orbtouch docs play; default port: {phone.PORT})"
     )
     add("--phone ADDRESS", serves, nargs="?", const="")
     seed = "which game, and which virtual orb; the same again (default: new ones)"
     add("--seed N", seed, type=arguments.whole(0, 2**31 - 1))
-    mapping = "what commands press, for the targets keyboard and gamepad (docs/keys.md)"
+    mapping = "what commands press, for the targets keyboard and gamepad (orbtouch docs keys)"
     add("--mapping FILE", mapping, type=Path)
     add("--profile NAME", "the mapping's profile to begin with (default: its first)")
     add(

@@ -132,4 +132,4 @@ def _format(known: dict[str, KnownDevice]) -> str:
         device.device_id: {name: getattr(device, name) for name in _NAMES}
         for device in known.values()
     }
-    return "# Devices that host remembers; docs/find.md.\n\n" + tomli_w.dumps({"device": devices})
+    return "# Known devices (orbtouch docs find).\n\n" + tomli_w.dumps({"device": devices})

@@ -114,7 +114,7 @@ def explain(url: str, address: str, error: OSError) -> str:
     """Return why there is no connection, and what to do, in one sentence."""
     reason = _REASONS.get(error.errno or 0)
     if reason is None:
-        return f"cannot open {url}: {error.strerror or error}; see docs/bluetooth.md"
+        return f"cannot open {url}: {error.strerror or error}; see orbtouch docs bluetooth"
     return reason.format(address=address)
 
 
@@ -123,7 +123,7 @@ _OFF: Final = "there is no Bluetooth adapter, or it is off; bluetoothctl power o
 _UNPAIRED: Final = "{address} refuses this computer; pair first: host pair {address}"
 _NO_SOCKETS: Final = (
     "this system has no Bluetooth sockets; open the serial port that pairing made: COM5, "
-    "/dev/cu.OrbTouch (docs/bluetooth.md)"
+    "/dev/cu.OrbTouch (orbtouch docs bluetooth)"
 )
 _REASONS: Final = {
     errno.EHOSTDOWN: _AWAY,

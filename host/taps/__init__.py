@@ -197,7 +197,7 @@ def open_tap(words: str) -> Tap:
         if (found := plugins.find("taps", name)) is not None:
             return cast(Tap, found.create(address))
         known = ", ".join((*names(), *plugins.names("taps")))
-        raise TapError(f"there is no tap {name!r}; there are: {known} (docs/taps.md)")
+        raise TapError(f"there is no tap {name!r}; there are: {known} (orbtouch docs taps)")
     return cast(Tap, importlib.import_module(f"{__name__}.{name}").create(address))
 
 

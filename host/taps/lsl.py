@@ -144,7 +144,7 @@ def create(where: str) -> LslTap:
     except (OSError, RuntimeError) as error:  # pylsl is here, but not the library that it binds
         raise TapUnavailableError(
             f"--tap lsl needs the library liblsl, which this pylsl cannot load "
-            f"({str(error).strip().splitlines()[0]}); install liblsl (docs/taps.md)"
+            f"({str(error).strip().splitlines()[0]}); install liblsl (orbtouch docs taps)"
         ) from error
     log.warning(
         "other machines can read what --tap lsl sends: liblsl listens on every network card"

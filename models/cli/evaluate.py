@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in filter(None, (arguments.json, arguments.html)):
         storage.target(path)
     if arguments.html:
-        options.require("a report", "jinja2", "matplotlib")
+        options.require("a report", "jinja2", "matplotlib", extra="report")
         from models.reports import page
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)

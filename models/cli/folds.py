@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--task", choices=("gesture", "location"), default="gesture", help=words)
     words = "trainings of each model; no more than there are people (default: 5)"
     add("--folds", type=whole(2, 1000), default=5, metavar="N", help=words)
-    words = "compare with other plain models, too (docs/people.md); each DIR has a table of its own"
+    words = "compare with plain models, too (orbtouch docs people); each DIR has its own table"
     add("--peers", action="store_true", help=words)
 
 

@@ -14,7 +14,7 @@ SUMMARY: Final = "repeat the paper's figures and its estimates of information"
 DESCRIPTION: Final = (
     "Teach by a simulated user as in section 4.2 of the paper, train by both recipes on both "
     "presets, and draw figure 7; repeat section 6 and figure 9, correct it, and bound the "
-    "information that a bundle's answers carry on other days (docs/paper.md). With recordings, "
+    "information of a bundle's answers on other days (orbtouch docs paper). With recordings, "
     "section 6 and the bound are those of the recordings; with games, their bits per minute. "
     "Results are kept and not measured again; half an hour on one core."
 )

@@ -11,7 +11,7 @@ from models.cli import _options as options
 SUMMARY: Final = "write a data set of simulated sessions"
 DESCRIPTION: Final = (
     "Simulate users at play, with the truth beside every frame: a recording per user and session "
-    "(docs/data.md). Interrupted, it goes on where it was."
+    "(orbtouch docs data). Interrupted, it goes on where it was."
 )
 EXAMPLE: Final = (
     "Try it (ten seconds): models simulate --out data --users 2 --sessions 2 --minutes 2"
@@ -36,7 +36,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     words = "all users touch one orb, on days of their own (default: each session has another)"
     add("--one-orb", action="store_true", help=words)
     words = (
-        "labels to play and files of your own (docs/gestures.md), separated by commas: "
+        "labels to play and files of your own (orbtouch docs gestures), separated by commas: "
         "press,swipe,wave.toml (default: press,pinch,twist_cw,twist_ccw)"
     )
     add("--gestures", metavar="LIST", default="press,pinch,twist_cw,twist_ccw", help=words)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 SUMMARY: Final = "run many trainings: learning curves, cross-validation, grids"
 DESCRIPTION: Final = (
-    "Train every combination of the axes in a TOML file (docs/sweeps.md), judge each on people or "
-    "sessions that it never saw, and write results and a table. Runs on this machine's "
+    "Train every combination of the axes in a TOML file (orbtouch docs sweeps), judge each on "
+    "people or sessions that it never saw, and write results and a table. Runs on this machine's "
     "cores, or on a Dask cluster; the results are the same. Interrupted, the same command goes on "
     "where it was."
 )
@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     workers = whole(1, 1024)
     cores = "this machine's cores"
-    words = "what to train (docs/sweeps.md); default: print a file to begin with"
+    words = "what to train (orbtouch docs sweeps); default: print a file to begin with"
     add("file", type=Path, nargs="?", metavar="FILE.toml", help=words)
     add("--out", type=Path, metavar="DIR", help="folder for results (default: NAME.sweep)")
     add("--cluster", default="", metavar="HOST:PORT", help=f"Dask scheduler (default: {cores})")
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(EXAMPLE_FILE.read_text(encoding="utf-8"), end="")
         return 0
     if arguments.cluster and arguments.workers:
-        raise ValueError("--workers are this machine's; start a cluster's own (docs/sweeps.md)")
+        raise ValueError("--workers are this machine's, not a cluster's (orbtouch docs sweeps)")
     options.require("sweeping", "torch", "sklearn", "joblib", extra="train,sweep")
     if arguments.cluster:
         options.require("a cluster", "distributed", extra="sweep")

@@ -35,9 +35,9 @@ class Request:
     task: TaskName = _option(
         "",
         "what to train (default: gestures, and places if the recordings have them); user: the user "
-        "network, from recordings of several people on several days (docs/users.md); contact: how "
-        "wide a contact is, so that no elbow is answered, from simulated ones, without DIR; state: "
-        "place, depth, number and angle of the fingers in each frame, as contact",
+        "network, from recordings of several people on several days (orbtouch docs users); "
+        "contact: how wide a contact is, so that no elbow is answered, simulated, without "
+        "DIR; state: place, depth, number and angle of the fingers in each frame, as contact",
         choices=("gesture", "location", "user", "contact", "state"),
     )
     recipe: str = _option(
@@ -68,7 +68,7 @@ class Request:
     start: Path | None = _option(
         None,
         "bundle of the same sensor and rate whose networks the training starts from. It helps with "
-        "recordings of one to four people, or a few epochs (docs/training.md; default: random)",
+        "recordings of few people, or a few epochs (orbtouch docs training; default: random)",
         "BUNDLE",
         flag="from",
         type=Path,
@@ -102,7 +102,7 @@ class Request:
     declared: bool = _option(
         False,
         "try no symmetries beside those in gestures.toml; else, on another sensor than the orb, "
-        "those that help people held out are used (docs/people.md)",
+        "those that help people held out are used (orbtouch docs people)",
     )
     command: str = ""  # as it was typed
 

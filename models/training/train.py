@@ -97,5 +97,5 @@ def _refuse_labels(labels: tuple[str, ...]) -> None:
     if odd := [label for label in labels if not re.fullmatch(bundle.LABEL, label)]:
         raise ValueError(
             f"no bundle can have the label {odd[0]!r}; import the recordings again, with names of "
-            "small letters, digits and _ (label_names in docs/recording.md)"
+            "small letters, digits and _ (label_names in orbtouch docs recording)"
         )

@@ -15,7 +15,7 @@ from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
-from controller.sensors.hardware.wiring import number, numbers
+from controller.sensors.hardware.wiring import located, number, numbers
 from controller.shared import config
 from controller.shared.config import ConfigError
 
@@ -105,9 +105,10 @@ def read(path: Path | None, sensor: str) -> Description:
     """Return the description in a file, or raise SensorError."""
     if path is None:
         raise SensorError(
-            f"--sensor {sensor} needs a description: {sensor}:wiring=FILE.toml (docs/sensors.md)"
+            f"--sensor {sensor} needs a description: {sensor}:wiring=FILE.toml or builtin:NAME "
+            "(orbtouch docs sensors)"
         )
-    return config.checked(path, _description, SensorError, "docs/sensors.md")
+    return config.checked(located(path), _description, SensorError, "orbtouch docs sensors")
 
 
 def _description(table: dict[str, Any]) -> Description:

@@ -88,7 +88,7 @@ class Driver:
             return wanted_hz
         _log.warning(
             "that is too long for %g Hz, so the orb is read at %g Hz; shorten [times], or scan "
-            'with scheme = "column" (docs/hardware.md)',
+            'with scheme = "column" (orbtouch docs hardware)',
             wanted_hz,
             most_hz,
         )

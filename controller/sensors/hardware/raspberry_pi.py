@@ -67,7 +67,7 @@ def raspberry() -> Any:
     except (GPIOZeroError, OSError, lgpio.error) as error:
         raise MissingHardwareError(
             f"cannot open this computer's pins: {error}; on a Raspberry Pi join the group gpio, "
-            "elsewhere try --sensor emulated (docs/hardware.md)"
+            "elsewhere try --sensor emulated (orbtouch docs hardware)"
         ) from None
 
 
@@ -95,12 +95,12 @@ class SpiDev:
         except PermissionError:
             raise MissingHardwareError(
                 f"{where} may not be opened; add yourself to the group spi and log in anew "
-                "(docs/hardware.md)"
+                "(orbtouch docs hardware)"
             ) from None
         except OSError as error:
             raise HardwareAwayError(
                 f"{where} cannot be opened: {error.strerror or error}; switch SPI on with "
-                "raspi-config (docs/hardware.md)"
+                "raspi-config (orbtouch docs hardware)"
             ) from None
 
     def transfer(self, data: bytes) -> bytes:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from controller.sensors.hardware import HardwareError
-from controller.shared import config
+from controller.shared import config, files
 from controller.shared.config import ConfigError
 
 CHANNELS: Final = 8  # single-ended inputs of each type
@@ -163,6 +163,19 @@ class Wiring:
 _PULLED: Final = (2, 3)  # pins with resistors to the supply on every Raspberry Pi
 _SPI: Final = {0: ((9, 10, 11), {0: 8, 1: 7}), 1: ((19, 20, 21), {0: 18, 1: 17, 2: 16})}
 
+
+def located(path: Path) -> Path:
+    """Return a description's file, that which ships for `builtin:NAME`, or raise HardwareError."""
+    kind, _, name = str(path).partition(":")
+    if kind != "builtin":
+        return path
+    known = {file.stem: file for file in files.shipped("firmware").glob("*/*.toml")}
+    known["orb"] = Path(__file__).with_name("default.toml")
+    if name not in known:
+        raise HardwareError(f"there is no {path}; there are {', '.join(sorted(known))}")
+    return known[name]
+
+
 Use = tuple[str, str, str, int]  # table, key, what uses it, and the number of a pin or an input
 
 
@@ -170,7 +183,7 @@ def read(path: Path | None) -> Wiring:
     """Return the wiring in a file, or the default; HardwareError says what is wrong where."""
     if path is None:
         return Wiring()
-    return config.checked(path, _checked, HardwareError, "docs/hardware.md")
+    return config.checked(located(path), _checked, HardwareError, "orbtouch docs hardware")
 
 
 def _checked(table: dict[str, Any]) -> Wiring:

@@ -98,7 +98,7 @@ class Outputs:
     entries: tuple[str, ...]  # kinds of entries, such as "key" and "profile"
     names: Collection[str]  # keys and pad buttons
     plain: str = ""  # kind of an entry that is only a text; "" if the kind is required
-    docs: str = "docs/keys.md"  # documentation page of the mapping
+    docs: str = "orbtouch docs keys"  # documentation page of the mapping
 
 
 KEYBOARD: Final = Outputs(("key", "text", "arm", "profile"), frozenset(KEYS), "key")

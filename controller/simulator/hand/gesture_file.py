@@ -72,7 +72,7 @@ def label_in(path: Path) -> str:
 
 
 def _read(path: Path) -> _Table:
-    return config.checked(path, dict, GestureError, "docs/gestures.md")
+    return config.checked(path, dict, GestureError, "orbtouch docs gestures")
 
 
 def parse(given: Mapping[str, _Table]) -> Repertoire:

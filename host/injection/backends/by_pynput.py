@@ -55,7 +55,7 @@ class MacOS(X11):
 def create(name: str, kind: Kind) -> X11:
     """Connect to the X server that DISPLAY names, or to macOS if it trusts this program."""
     if kind != "keyboard":
-        raise BackendError(f"{name} has no pads; a virtual pad needs Linux's uinput (docs/keys.md)")
+        raise BackendError(f"{name} has no pads; it needs Linux's uinput (orbtouch docs keys)")
     try:
         from pynput.keyboard import Controller, KeyCode
 
@@ -70,7 +70,7 @@ def create(name: str, kind: Kind) -> X11:
     if not _trusted():
         raise BackendError(
             "macOS lets no key be pressed yet; allow your terminal in System Settings, Privacy & "
-            "Security, Accessibility, and start again (docs/keys.md)"
+            "Security, Accessibility, and start again (orbtouch docs keys)"
         )
     return MacOS(*opened)
 

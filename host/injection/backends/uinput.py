@@ -102,11 +102,11 @@ def _why(device: str, error: OSError) -> str:
         return (
             f"you may not write to {device}; once, type: sudo cp {RULE} /etc/udev/rules.d/ && "
             "sudo udevadm control --reload && sudo udevadm trigger --sysname-match=uinput "
-            "(docs/keys.md)"
+            "(orbtouch docs keys)"
         )
     if error.errno in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
-        return f"there is no {device}; load it with: sudo modprobe uinput (docs/keys.md)"
-    return f"cannot open {device}: {error.strerror} (docs/keys.md)"
+        return f"there is no {device}; load it with: sudo modprobe uinput (orbtouch docs keys)"
+    return f"cannot open {device}: {error.strerror} (orbtouch docs keys)"
 
 
 def create(name: str, kind: Kind) -> Uinput:

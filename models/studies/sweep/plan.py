@@ -31,7 +31,7 @@ MODELS: Final = ("network", "trees", "mlp", "dtw", "gru")
 PLACE_MODELS: Final = MODELS[:2]
 MOST_JOBS: Final = 100_000
 FOLDS: Final = 5  # without [test]
-_PAGE: Final = "docs/sweeps.md"
+_PAGE: Final = "orbtouch docs sweeps"
 _SEED: Final[dict[str, Any]] = {
     "range": (0, TEST_SEEDS.start - 1),
     "expected": f"a whole number below {TEST_SEEDS.start}: greater seeds are for tests only",

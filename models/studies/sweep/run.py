@@ -233,7 +233,7 @@ def _connected(address: str, say: Say, ended: threading.Event) -> Any:
     except (OSError, ValueError) as error:
         raise ClusterError(
             f"no Dask scheduler answers at {address!r} ({error}); give HOST:PORT, and start one "
-            "with: dask scheduler (docs/sweeps.md)"
+            "with: dask scheduler (orbtouch docs sweeps)"
         ) from None
     watch = partial(_report_absence, client, f"dask worker {address}", say, ended.wait)
     threading.Thread(target=watch, daemon=True).start()

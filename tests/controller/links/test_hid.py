@@ -156,7 +156,7 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
         ("hid:?key=a.toml", "cannot understand"),
         (
             "hid:?keys=no.toml",
-            "cannot read no.toml: no such file or directory (docs/hid.md)",
+            "cannot read no.toml: no such file or directory (orbtouch docs hid)",
         ),
     ],
 )

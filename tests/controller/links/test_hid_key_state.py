@@ -164,4 +164,4 @@ def test_a_mistake_is_one_sentence_with_the_line(text: str, said: str, tmp_path:
         load(file, OUTPUTS)
     assert str(caught.value).startswith(f"{file}, line 2 has [profile.a] left: ")
     assert said in str(caught.value)
-    assert str(caught.value).endswith(" (docs/hid.md)")
+    assert str(caught.value).endswith(" (orbtouch docs hid)")

@@ -84,7 +84,7 @@ def test_more_taxels_than_electrodes_are_refused() -> None:
 
 def test_without_smbus2_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "smbus2", None)
-    wiring = ROOT / "firmware" / "mpr121" / "direct.toml"
+    wiring = ROOT / "firmware" / "mpr121" / "mpr121_direct.toml"
     with pytest.raises(SensorError, match=r"needs smbus2; pip install 'orbtouch\[i2c\]'"):
         sensors.load("mpr121", wiring=wiring)
 

@@ -43,7 +43,7 @@ def test_version_is_that_of_the_program(capsys: Capture) -> None:
         (["Install"], "there is no command 'Install'; did you mean `host install`?"),
         (["/dev/ttyA"], "there is no command '/dev/ttyA'; a port is named with --link /dev/ttyA"),
         (["--target", "chess"], "there is no target 'chess'; there are: gamepad, keyboard, tetris"),
-        (["--tap", "midi"], "there is no tap 'midi'; there are: lsl, osc (docs/taps.md)"),
+        (["--tap", "midi"], "there is no tap 'midi'; there are: lsl, osc (orbtouch docs taps)"),
     ],
 )
 def test_unknown_name_is_a_sentence(arguments: list[str], sentence: str, capsys: Capture) -> None:

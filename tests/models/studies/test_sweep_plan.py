@@ -64,7 +64,7 @@ def test_the_files_in_the_documentation_can_be_read() -> None:
     [
         ("[data]\nusrs = 3", "line 2 has the unknown key 'usrs' under [data]; known are seed, "),
         ("[data]\n\nusers = 'ten'", "line 3 has users = 'ten' under [data]; expected is a whole "
-         "number from 1 to 100000 (docs/sweeps.md)"),
+         "number from 1 to 100000 (orbtouch docs sweeps)"),
         ("[data]\npreset = 'nominl'", "line 2 has preset = 'nominl' under [data]; expected is one "
          "of nominal, paper-snr"),
         ("[data]\nseed = 900001", "line 2 has seed = 900001 under [data]; expected is a whole "

@@ -172,7 +172,7 @@ class ClassicTransport(HidTransport):
         except OSError as error:
             problem = {
                 errno.EADDRINUSE: "bluetoothd's input plugin has the HID channels of this adapter; "
-                "start bluetoothd with --noplugin=input (docs/hid.md), or use --link hid:",
+                "start bluetoothd with --noplugin=input (orbtouch docs hid), or use --link hid:",
                 errno.EACCES: "only a service may wait on the HID channels; give it the capability "
                 "CAP_NET_BIND_SERVICE, or use --link hid:",
                 errno.EAFNOSUPPORT: "this Python was built without Bluetooth sockets; use the "

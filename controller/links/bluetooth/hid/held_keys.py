@@ -108,5 +108,5 @@ def parse(url: str, form: str) -> tuple[str, KeyMap]:
     device, _, query = url.partition(":")[2].partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
     if "/" in device or set(options) - {"keys"}:
-        raise LinkError(f"cannot understand {url}; write {form}, then ?keys=FILE (docs/hid.md)")
+        raise LinkError(f"cannot understand {url}; write {form}, ?keys=FILE (orbtouch docs hid)")
     return device, keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)

@@ -143,7 +143,7 @@ PAD_NAMES: Final = (*BUTTON_NUMBERS, *_HAT, *_STICK)
 OUTPUTS: Final = Outputs(
     ("pad", "key", "profile", "host"),
     frozenset({*KEY_USAGES, *(f"pad_{name}" for name in PAD_NAMES)}),
-    docs="docs/hid.md",
+    docs="orbtouch docs hid",
 )
 
 # Steps of 45 degrees clockwise from up; (0, 0) is nowhere.
