@@ -104,6 +104,33 @@ class Network:
         self._data = data
         self._bundle = bundles.parse(data)
 
+    @classmethod
+    def from_onnx(
+        cls,
+        source: Path | str | bytes,
+        *,
+        classes: Sequence[str],
+        base: "Network | None" = None,
+    ) -> "Network":
+        """Return a network for devices from an ONNX file, and all else from another network.
+
+        Its input is a window of images, (1 or any number, window, rows, columns), as the device
+        makes them: 1.0 where untouched. It ends in Softmax or in logits. Devices run a bounded list
+        of operators: dense, convolution, pooling, GRU in one direction, attention.
+
+        Args:
+            source: The file, NAME.onnx, or its content.
+            classes: Names of the outputs, in their order; "null" is the one of no gesture.
+            base: Source of positions, thresholds, commands and the sensor; None: as shipped.
+
+        Raises:
+            Error: onnx is missing, or the network cannot be used; the message names the operator.
+        """
+        from orbtouch.onnx_files import bundle_of
+
+        lent = load_network() if base is None else base
+        return cls(bundle_of(source, classes, lent._data))
+
     @property
     def classes(self) -> tuple[str, ...]:
         """Gestures that it tells apart, "null" first."""

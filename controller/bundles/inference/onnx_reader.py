@@ -30,18 +30,31 @@ _DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 # Each operator and its allowed attributes: integers, or the lists below.
 OPERATORS: Final[dict[str, str]] = {
     "Add": "",
+    "AveragePool": "kernel_shape strides pads count_include_pad",
     "Cast": "to",
     "Conv": "strides pads",
     "Flatten": "axis",
+    "GRU": "hidden_size linear_before_reset",
+    "Gather": "axis",
     "Gemm": "transB",
+    "GlobalAveragePool": "",
+    "MatMul": "",
+    "MaxPool": "kernel_shape strides pads",
     "Mul": "",
+    "ReduceMean": "axes keepdims",
+    "ReduceSum": "keepdims",
     "Relu": "",
     "Reshape": "",
+    "Sigmoid": "",
     "Softmax": "axis",
+    "Squeeze": "",
     "Sub": "",
     "Tanh": "",
+    "Transpose": "perm",
+    "Unsqueeze": "",
 }
-LIST_ATTRIBUTES: Final = ("strides", "pads")
+LIST_ATTRIBUTES: Final = ("axes", "kernel_shape", "pads", "perm", "strides")
+LAST: Final = "last"  # attribute of a GRU made here: only the state after the last step is used
 
 Tensor = NDArray[Any]  # float32 or int64, of any shape
 _FLOAT32: Final = 1  # TensorProto.DataType
@@ -305,9 +318,13 @@ def _node(node: _Message) -> Node:
             f"{', '.join(OPERATORS)} only"
         )
     inputs, outputs = node.texts(1), node.texts(2)
-    if len(outputs) != 1 or not 1 <= len(inputs) <= 3 or not all((*inputs, *outputs)):
-        raise GraphError(f"has {op} with {len(inputs)} inputs and {len(outputs)} outputs")
     attributes: dict[str, Any] = {}
+    if op == "GRU":
+        attributes[LAST] = outputs[:1] == ("",)
+        outputs = outputs[attributes[LAST] :]
+    most = 4 if op == "GRU" else 3
+    if len(outputs) != 1 or not 1 <= len(inputs) <= most or not all((*inputs, *outputs)):
+        raise GraphError(f"has {op} with {len(inputs)} inputs and {len(outputs)} outputs")
     for entry in node.messages(5, _ATTRIBUTE):
         name, kind = entry.text(1), entry.number(20)
         if name not in OPERATORS[op].split() or kind != (

@@ -1,0 +1,192 @@
+"""Bundles from ONNX files: fold shapes and constants, take the Softmax off, and check the rest."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import tomli_w
+
+from controller import __version__
+from controller.bundles import bundle as bundles
+from controller.bundles import container
+from controller.bundles.bundle import Golden
+from controller.bundles.head import Head, softmax
+from controller.bundles.inference import onnxruntime_engine
+from controller.bundles.inference.networks import Recognizer
+from controller.bundles.inference.onnx_reader import OPERATORS
+from controller.bundles.inference.onnxruntime_engine import EngineError
+from controller.shared.errors import UserError
+from controller.shared.npz import pack
+
+# Operators on shapes and constants: those of a fixed input are computed once, here.
+_FOLDED: Final = {
+    "BatchNormalization", "Concat", "Constant", "ConstantOfShape", "Div", "Dropout", "Equal",
+    "Expand", "Identity", "Range", "Shape", "Size", "Slice", "Where",
+}  # fmt: skip
+# Attributes that may be left out at these values: the reader of bundles does not know them.
+_USUAL: Final[dict[str, Any]] = {
+    "allowzero": 0, "alpha": 1.0, "auto_pad": b"NOTSET", "beta": 1.0, "ceil_mode": 0,
+    "direction": b"forward", "group": 1, "layout": 0, "noop_with_empty_axes": 0,
+    "storage_order": 0, "transA": 0,
+}  # fmt: skip
+_LOGITS: Final = ("Add", "Gemm", "MatMul")  # what a network without Softmax may end in
+
+
+def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -> bytes:
+    """Return a bundle with the gesture network of an ONNX file, and all else of a bundle `base`.
+
+    Args:
+        source: File, or its content.
+        classes: Names of the outputs in their order; "null" is among them.
+        base: Content of a bundle's file.
+
+    Raises:
+        UserError: The network cannot be used; the message says why.
+    """
+    try:
+        import onnx
+    except ImportError:
+        raise UserError("ONNX files need onnx; install it with: pip install onnx") from None
+    lent, wanted = bundles.parse(base), [*classes]
+    if "null" not in wanted or len(set(wanted)) != len(wanted):
+        raise UserError('classes are different names, "null" among them, for no gesture')
+    try:
+        model = onnx.load_from_string(source) if isinstance(source, bytes) else onnx.load(source)
+    except Exception as error:  # of the library, which has no common class
+        raise UserError(f"no ONNX file: {onnxruntime_engine.first_line(error)}") from None
+    for node in model.graph.node:
+        if node.op_type not in (*OPERATORS, *_FOLDED) or node.domain not in ("", "ai.onnx"):
+            raise UserError(
+                f"the network has the operator {node.op_type}; a device runs {', '.join(OPERATORS)}"
+            )
+    shape = _take_one(model)
+    if len(shape) != 3 or shape[1:] != (lent.rows, lent.columns):
+        raise UserError(
+            f"the network takes {shape}; expected is (window, {lent.rows}, {lent.columns})"
+        )
+    try:
+        plain, logits = _plain(onnx.load_from_string(onnxruntime_engine.folded(_bytes(model))))
+        onnxruntime_engine.checked(plain, shape, len(wanted))
+        steps = np.linspace(0, lent.window - 1, shape[0]).round().astype(int)
+        windows = np.ascontiguousarray(lent.golden.windows[:, steps])
+        answers = onnxruntime_engine.network(_bytes(model))(windows)
+    except EngineError as error:
+        raise UserError(f"the network {error}") from None
+    order = [wanted.index("null"), *(n for n, name in enumerate(wanted) if name != "null")]
+    answers = (softmax(answers) if logits else answers)[:, order]
+    names = [wanted[place] for place in order]
+    golden = Golden(windows, answers, lent.golden.images, lent.golden.touches)
+    parts = container.unpack(base)
+    table = container.manifest(parts.pop(container.MANIFEST))
+    for name in (container.SUMS, container.USER, container.REHEARSAL, container.TAUGHT):
+        parts.pop(name, None)
+    made = {
+        **parts,
+        container.EMBEDDING: plain,
+        container.HEAD: pack(_head(order).arrays()),
+        container.GOLDEN: golden.pack(),
+    }
+    manifest = _manifest(table, names, shape[0], plain)
+    data = bundles.assembled(tomli_w.dumps(manifest).encode(), made)
+    Recognizer(bundles.parse(data))  # which compares with the golden vectors
+    return data
+
+
+def _bytes(model: Any) -> bytes:
+    return bytes(model.SerializeToString())
+
+
+def _take_one(model: Any) -> tuple[int, ...]:
+    """Fix the batch at 1, in place; return the shape of one input, 0 where it is open."""
+    known = {array.name for array in model.graph.initializer}
+    free = [value for value in model.graph.input if value.name not in known]
+    if len(free) != 1 or len(model.graph.output) != 1:
+        raise UserError("the network has several inputs or outputs; expected is one each")
+    axes = free[0].type.tensor_type.shape.dim
+    if not axes or axes[0].dim_value > 1:
+        raise UserError(
+            "the network takes several windows at once; export it for one or any number"
+        )
+    axes[0].dim_value = 1
+    model.graph.output[0].type.tensor_type.ClearField("shape")
+    del model.graph.value_info[:]
+    return tuple(int(axis.dim_value) for axis in axes[1:])
+
+
+def _plain(model: Any) -> tuple[bytes, bool]:
+    """Return a folded network without its Softmax, and whether it had none.
+
+    Attributes at their usual values, unused outputs and initial states of zero are left out.
+    """
+    from onnx import helper, numpy_helper
+
+    graph = model.graph
+    arrays = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
+    nodes = list(graph.node)
+    bare = nodes[-1].op_type != "Softmax"
+    if bare and nodes[-1].op_type not in _LOGITS:
+        raise UserError(f"the network ends in {nodes[-1].op_type}; expected are Softmax or logits")
+    last = graph.output[0].name if bare else nodes.pop().input[0]
+    used = {name for node in nodes for name in node.input} | {last}
+    made = []
+    for node in nodes:
+        given = {one.name: helper.get_attribute_value(one) for one in node.attribute}
+        kept = {name: value for name, value in given.items() if _USUAL.get(name) != value}
+        if set(kept.get("dilations", (1,))) == {1}:
+            kept.pop("dilations", None)
+        if node.op_type == "Conv":
+            kept.pop("kernel_shape", None)
+        inputs, outputs = list(node.input), [one if one in used else "" for one in node.output]
+        if node.op_type == "GRU" and not any(inputs[4:5]) and _zero(arrays, inputs[5:]):
+            inputs = inputs[:4]
+        while outputs and not outputs[-1]:
+            outputs.pop()
+        made.append(helper.make_node(node.op_type, inputs, outputs, **kept))
+    named = {name for node in made for name in node.input}
+    stored = [
+        numpy_helper.from_array(np.asarray(array, order="C"), name)
+        for name, array in arrays.items()
+        if name in named
+    ]
+    (asked,) = (value for value in graph.input if value.name not in arrays)
+    axes = [axis.dim_value for axis in asked.type.tensor_type.shape.dim]
+    entry = helper.make_tensor_value_info(asked.name, 1, axes)
+    answer = helper.make_tensor_value_info(last, 1, None)
+    whole = helper.make_graph(made, "gestures", [entry], [answer], stored)
+    (version,) = (one.version for one in model.opset_import if one.domain in ("", "ai.onnx"))
+    opset = [helper.make_opsetid("", version)]
+    return _bytes(helper.make_model(whole, opset_imports=opset, ir_version=model.ir_version)), bare
+
+
+def _zero(arrays: dict[str, np.ndarray[Any, Any]], names: list[str]) -> bool:
+    return all(name in arrays and not arrays[name].any() for name in names)
+
+
+def _head(order: Sequence[int]) -> Head:
+    """Return the head whose logits are those of the network, in another order of the classes."""
+    size = len(order)
+    one = np.eye(size, dtype=np.float32)
+    return Head(
+        hidden=np.concatenate([one, -one]),
+        hidden_bias=np.zeros(2 * size, np.float32),
+        out=np.concatenate([one[[*order]], -one[[*order]]], axis=1),
+        out_bias=np.zeros(size, np.float32),
+    )
+
+
+def _manifest(table: dict[str, Any], names: list[str], window: int, model: bytes) -> dict[str, Any]:
+    """Return the manifest of a base for other classes: settings of gestures it lacks are gone."""
+    table = {**table, "labels": names, "window": window}
+    table.pop("users", None)
+    table["preprocess"] = {**table["preprocess"], "window": window}
+    table["mapping"] = {name: rule for name, rule in table["mapping"].items() if name in names}
+    for part in ("debounce", "contact"):
+        table[part] = {
+            key: [one for one in value if one in names] if isinstance(value, list) else value
+            for key, value in table.get(part, {}).items()
+        }
+    made = f"ONNX file, SHA-256 {hashlib.sha256(model).hexdigest()[:16]}"
+    table["card"] = {"software": __version__, "command": "Network.from_onnx", "data": made}
+    return table
