@@ -1,6 +1,5 @@
 """Orbs: events as they come, the state to look at, and a panel to draw into a game."""
 
-import signal
 import subprocess
 import sys
 import time
@@ -281,7 +280,7 @@ def record(path: Path | str, duration: float, **options: Unpack[SensorOptions]) 
 
     Args:
         path: File to make, NAME.npz.
-        duration: How long, from the sensor's start, seconds.
+        duration: Time of the last frame, seconds, 1 or more; frame k has the time k / rate.
         options: sensor="orb", user="ada", session="1" and label="press", as of `controller`, and
             those of `connect`; by default a virtual orb without touches.
 
@@ -290,15 +289,9 @@ def record(path: Path | str, duration: float, **options: Unpack[SensorOptions]) 
             the message says why.
     """
     command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
-    command += _words(options, SensorOptions)
-    with subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    ) as process:
-        try:
-            message = process.communicate(timeout=duration)[1]
-        except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGTERM)
-            message = process.communicate()[1]
-    if process.returncode:
-        raise UserError(message.strip().removeprefix("controller: ") or "nothing was recorded")
+    command += ["--seconds", f"{duration:g}", *_words(options, SensorOptions)]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if done.returncode:
+        message = done.stderr.strip().rpartition("controller: ")[2]
+        raise UserError(message or "nothing was recorded")
     return load_recording(path)

@@ -113,6 +113,9 @@ def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> 
         watchdog.status(_state(parts))
         # The reader of the lines has closed the pipe, as in `controller | head`.
         shutdown.sealing = parts.runs is not None
+        device, end_s = loop.device, parts.options.seconds
+        if end_s and device is not None and device.now_s > end_s - 0.5 / device.sensor.rate_hz:
+            return True
         return bool(shutdown) or shutdown.renew or (printing and not parts.link.connected)
 
     loop.run(over)
@@ -221,6 +224,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--label", metavar="NAME", help=text)
     text = "a recording in place of a sensor: as fast as possible, or, over a link, as recorded"
     add("--replay", metavar="FILE", type=Path, help=text)
+    text = "end with the frame of that time, with --record (default: until Ctrl-C)"
+    add("--seconds", metavar="S", type=number(1.0), help=text)
     text = "sensor scans per second, within 2 %% of the bundle's (default: the bundle's)"
     add("--rate", metavar="HZ", type=number(0.1, 1000.0), help=text)
     return options
@@ -245,6 +250,7 @@ def check(options: RunOptions) -> RunOptions:
         "an orb with a key is protected; leave out --key or --unprotected": key is not None
         and options.unprotected,
         "--label is for recordings; add --record": not recording and options.label,
+        "--seconds is for recordings; add --record": not recording and options.seconds,
     }
     for words, wrong in refused.items():
         if wrong:

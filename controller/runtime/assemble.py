@@ -67,6 +67,7 @@ class RunOptions:
     label: str = ""
     replay: Path | None = None
     rate: float | None = None
+    seconds: float | None = None  # of the sensor's time, after which a recording ends
 
 
 @dataclass(frozen=True, slots=True)

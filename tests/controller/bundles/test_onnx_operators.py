@@ -125,7 +125,7 @@ def chain(shape: Shape, *steps: tuple[str, dict[str, np.ndarray], dict[str, Any]
 
 ONE = {"w": np.zeros((1, 3, 1), np.float32), "r": np.zeros((1, 3, 1), np.float32)}
 BOTH = {name: np.concatenate([array, array]) for name, array in ONE.items()}
-MILLION: tuple[str, dict[str, np.ndarray], dict[str, Any]] = ("Reshape", {"s": whole(1_000_000, 1, 1)}, {})
+MILLION: tuple[str, dict[str, np.ndarray], Any] = ("Reshape", {"s": whole(1_000_000, 1, 1)}, {})
 HOSTILE: dict[str, tuple[bytes, str]] = {
     "a million steps of one unit": (
         chain((1, 1_000_000), MILLION, ("GRU", ONE, {"hidden_size": 1})), "more than",

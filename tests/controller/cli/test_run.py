@@ -140,6 +140,7 @@ MISTAKES = [
     ("--replay {DEMO} --record @/again.npz", "leave out --record"),
     ("--record @/empty.npz", "exists and is kept"),
     ("--label press", "--label is for recordings; add --record"),
+    ("--seconds 4", "--seconds is for recordings; add --record"),
     ("--record @/nowhere", "there is no folder"),
     ("--record @ --user ../ada", "must be 1 to 64 letters"),
     ("--record @ --label poke", "there is no label 'poke'; there are press"),
