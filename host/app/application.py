@@ -172,7 +172,7 @@ class OrbApp(Orb):
         self.orb.advance(now_s)
 
     def _take(self, item: Received, now_s: float) -> None:
-        self._observe(item, now_s)
+        self.observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
                 self.lessons.connected()

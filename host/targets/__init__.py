@@ -120,7 +120,7 @@ class Target(ABC):
         """Whether the orb is connected, and a virtual one, which a mouse can touch."""
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
-    def _observe(self, item: Received, now_s: float) -> None:
+    def observe(self, item: Received, now_s: float) -> None:
         """Update the orb's state by a received event; contacts end with the link."""
         self.orb.observe(item, now_s)
         match item:

@@ -73,7 +73,7 @@ class KeysTarget(Target):
         self._report(was_armed)
         self._send_strokes()
         for item in received:  # for the picture, which has more time than a stroke
-            self._observe(item, now_s)
+            self.observe(item, now_s)
         self.orb.advance(now_s)
 
     def read_terminal(self) -> None:

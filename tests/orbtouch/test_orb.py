@@ -133,5 +133,5 @@ def test_a_sensor_is_recorded(tmp_path: Path) -> None:
     assert (made.t[0] >= 0.025, made.t[-1]) == (True, 2.0)
     with pytest.raises(orbtouch.Error, match="own"):
         orbtouch.record(tmp_path / "own.npz", 2.0)
-    with pytest.raises(orbtouch.Error, match="--seconds: 0.5 must be a number, 1 or more$"):
+    with pytest.raises(orbtouch.Error, match=r"--seconds: 0\.5 must be a number, 1 or more$"):
         orbtouch.record(tmp_path / "short.npz", 0.5)

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from controller.recognition.images.frames import Frame
-from controller.recognition.images.scale import Signal
-from controller.sensors.base import Sensor, SensorOptions
-from controller.sensors.geometry import Geometry, SensorError
+from orbtouch.plugins import Geometry, Sensor, SensorError, SensorOptions, Signal
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class Drum(Sensor):
         self.rate_hz, self.device_id = rate_hz, "drum-1"
         self._strength = strength
 
-    def read(self, t_s: float) -> Frame:
+    def read(self, t_s: float) -> NDArray[np.float32]:
         """Return the scan that ends at `t_s`, (3, 4), counts."""
         second, phase = divmod(t_s, 1.0)
         frame = np.zeros((3, 4), dtype=np.float32)

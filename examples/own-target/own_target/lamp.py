@@ -4,9 +4,7 @@ from collections.abc import Sequence
 
 import pygame
 
-from controller.shared.protocol.messages import Command
-from host.connection.receiver import Delivered, Received
-from host.targets import Target, TargetOptions
+from orbtouch.plugins import CommandMessage, Delivered, Received, Target, TargetOptions
 
 COLOURS = {"left": "blue", "right": "green", "down": "white", "drop": "red"}
 OTHER = "orange"
@@ -27,8 +25,8 @@ class Lamp(Target):
         """Take commands; all other events update the state of the orb."""
         self._now_s = now_s
         for item in received:
-            self._observe(item, now_s)
-            if isinstance(item, Delivered) and isinstance(item.message, Command):
+            self.observe(item, now_s)
+            if isinstance(item, Delivered) and isinstance(item.message, CommandMessage):
                 self.colour = pygame.Color(COLOURS.get(item.message.name, OTHER))
                 self._lit_s = now_s
 

@@ -12,6 +12,7 @@ from typing import Any, cast
 import pygame
 import pytest
 
+import orbtouch.plugins
 from controller import links
 from controller.cli import doctor
 from controller.diagnostics.frame_source import FrameReader
@@ -122,7 +123,7 @@ def test_a_part_that_cannot_be_imported_is_named(
     package(tmp_path, "sensors", "broken", "import nothing_of_that_name\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
-    expected = "cannot import broken_part, sensors 'broken': No module named"
+    expected = "broken_part, sensors 'broken', cannot be imported: No module named"
     with pytest.raises(plugins.PluginError, match=expected):
         sensors.load("broken")
 
@@ -139,7 +140,41 @@ def test_a_part_that_ends_or_paints_is_answered_in_a_line(
     monkeypatch.delitem(sys.modules, "rude_part", raising=False)
     with pytest.raises(plugins.PluginError) as told:
         sensors.load("rude")
-    assert str(told.value) == (r"cannot import rude_part, sensors 'rude': \x1b[2Jgone\n")
+    assert str(told.value) == (r"rude_part, sensors 'rude', cannot be imported: \x1b[2Jgone\n")
+
+
+def test_a_part_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package(tmp_path, "targets", "lost", "def create(options): raise OSError('\\033[2Jno lamp')\n")
+    package(tmp_path, "taps", "empty", "")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    with pytest.raises(plugins.PluginError) as told:
+        targets.load("lost")
+    assert str(told.value) == r"lost_part, targets 'lost', fails: \x1b[2Jno lamp"
+    with pytest.raises(plugins.PluginError, match="empty_part, taps 'empty', has no 'create'"):
+        taps.open_tap("empty://")
+
+
+def test_parts_are_listed_without_being_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package(tmp_path, "sensors", "shy", "raise RuntimeError")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    assert "shy" in orbtouch.plugins.names("sensors")
+    assert "shy_part" not in sys.modules
+
+
+def test_every_public_name_of_parts_is_there_and_described() -> None:
+    for name in orbtouch.plugins.__all__:
+        assert getattr(orbtouch.plugins, name).__doc__, name
+
+
+def test_templates_import_what_is_public_only() -> None:
+    own = ("controller", "host", "models", "tetris")
+    for file in (ROOT / "examples").glob("own-*/*/*.py"):
+        imported = re.findall(r"^(?:from|import) ([\w.]+)", file.read_text(), re.MULTILINE)
+        assert not [name for name in imported if name.split(".")[0] in own], file
 
 
 @pytest.mark.parametrize("words", ["--version", "--help", "--sensor virtual --link zzz:1"])
