@@ -21,22 +21,33 @@ if TYPE_CHECKING:
 
     from controller import __version__ as __version__
     from controller.shared.errors import UserError as Error
-    from orbtouch.networks import Command, Evaluation, Network, load_network, train
+    from orbtouch.evaluation import evaluate
+    from orbtouch.networks import Command, Lesson, Network, load_network
     from orbtouch.orbs import Contact, Frame, Orb, Press, Release, connect, record
-    from orbtouch.recordings import Recording, load_recording, simulate
+    from orbtouch.recordings import Recording, import_recordings, load_recording, simulate
+    from orbtouch.results import Comparison, Evaluation, compare
+    from orbtouch.training import Training, train
+    from orbtouch.windows import Windows
 
 __all__ = [
     "Command",
+    "Comparison",
     "Contact",
     "Error",
     "Evaluation",
     "Frame",
+    "Lesson",
     "Network",
     "Orb",
     "Press",
     "Recording",
     "Release",
+    "Training",
+    "Windows",
+    "compare",
     "connect",
+    "evaluate",
+    "import_recordings",
     "load_network",
     "load_recording",
     "record",
@@ -47,10 +58,15 @@ __all__ = [
 # Modules of the names: each is imported at its first use: the command
 # needs none of them, and looks first whether our other packages are the ones that are found.
 _MODULES: "Final" = {
-    **dict.fromkeys(("Command", "Evaluation", "Network", "load_network", "train"), "networks"),
+    **dict.fromkeys(("Command", "Lesson", "Network", "load_network"), "networks"),
     **dict.fromkeys(("Contact", "Frame", "Orb", "Press", "Release"), "orbs"),
     **dict.fromkeys(("connect", "record"), "orbs"),
     **dict.fromkeys(("Recording", "load_recording", "simulate"), "recordings"),
+    "import_recordings": "recordings",
+    **dict.fromkeys(("Comparison", "Evaluation", "compare"), "results"),
+    **dict.fromkeys(("Training", "train"), "training"),
+    "Windows": "windows",
+    "evaluate": "evaluation",
 }
 
 

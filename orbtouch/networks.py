@@ -1,11 +1,12 @@
 """Networks as a researcher uses them: train, run, evaluate, teach, save."""
 
 import html
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import logging
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +18,17 @@ from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import Recording as Source
-from controller.shared.errors import UserError, count, how_to_install
+from controller.shared.errors import UserError, count
 from controller.shared.files import atomic_write
 from controller.teach import add_gesture
 from models.evaluation import evaluate as evaluation
 from models.evaluation import replay
-from models.results.evaluation import Figure
-from models.results.verdict import GestureVerdict
-from orbtouch.recordings import Recording
+from orbtouch import checks
+from orbtouch.recordings import Given, Recording, several, single
+from orbtouch.results import Evaluation, evaluation_of
 
-# Figures of `Evaluation` that every set of recordings has.
-_FIGURES: Final = ("f1", "precision", "recall", "false_alarms_per_min")
+log = logging.getLogger("orbtouch")
+SURE = 0.9  # mean probability in a touch, from which the network names an unlabelled example
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,59 +50,49 @@ class Command:
     position: tuple[float, float] | None
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """How a network did on labelled recordings; figures are with 95 % intervals over sessions.
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """What a network learned last, and what it cost.
 
     Attributes:
-        classes: Gestures, "null" first.
-        sessions: Number of recordings.
-        events: Number of true gestures.
-        f1: Harmonic mean of precision and recall, over gestures answered once and in time.
-        precision: Share of answers that were right.
-        recall: Share of gestures that were answered rightly.
-        false_alarms_per_min: Answers to nothing, per idle minute.
-        latency: Median time from a gesture's onset to its answer, seconds.
-        position_error: Mean error of presses' positions, grid units; None: places are not known.
-        confusion: Counts, (classes, classes): gestures (rows) by answers (columns), 0 is nothing.
-        verdict: A line for each gesture, worst first.
+        gesture: Its label.
+        examples: Number of examples.
+        kept: Share of what was rehearsed of other gestures that is taken for what it was.
+        delayed: Gestures that wait from now on whether this one follows, as it begins like them.
+        delay: How long they wait, seconds.
+        resembles: Share of the examples that the network took for each of its gestures before.
+        rotations: Turns under which it is the same gesture: "none", "half" or "all".
+        mirrored: Whether its mirror image is the same gesture.
     """
 
-    classes: tuple[str, ...]
-    sessions: int
-    events: int
-    f1: Figure
-    precision: Figure
-    recall: Figure
-    false_alarms_per_min: Figure
-    latency: Figure
-    position_error: Figure | None
-    confusion: NDArray[np.int64]
-    verdict: tuple[GestureVerdict, ...]
-
-    def figures(self) -> dict[str, Figure]:
-        """Return the figures by name."""
-        names = (*_FIGURES, "latency", "position_error")
-        return {name: one for name in names if (one := getattr(self, name)) is not None}
+    gesture: str
+    examples: int
+    kept: float
+    delayed: tuple[str, ...]
+    delay: float
+    resembles: dict[str, float]
+    rotations: str
+    mirrored: bool
 
     def __str__(self) -> str:
-        return "\n".join(f"{name:20} {figure}" for name, figure in self.figures().items())
-
-    def _repr_html_(self) -> str:
-        """Return the figures and the verdict as a table, for a notebook."""
-        cells = [(name.replace("_", " "), str(figure)) for name, figure in self.figures().items()]
-        rows = "".join(f"<tr><td>{a}</td><td>{html.escape(b)}</td></tr>" for a, b in cells)
-        lines = "<br>".join(html.escape(str(line)) for line in self.verdict)
-        of = f"{count(self.events, 'gesture')} in {count(self.sessions, 'session')}"
-        return f"<table><caption>{of}</caption>{rows}</table>{lines}"
+        like = ", ".join(f"{name} {share:.0%}" for name, share in self.resembles.items())
+        waits = f"; {', '.join(self.delayed)} now waits {self.delay:.2f} s" if self.delayed else ""
+        return (
+            f"{self.gesture}: {count(self.examples, 'example')}, taken before for "
+            f"{like or 'nothing'}; {self.kept:.1%} of the others kept{waits}"
+        )
 
 
 class Network:
-    """The networks of a bundle with their settings; see `load_network`, `train` and `teach`."""
+    """The networks of a bundle with their settings; see `load_network`, `train` and `teach`.
 
-    def __init__(self, data: bytes) -> None:
+    Attributes:
+        lesson: What `teach` made of it; None: it was loaded.
+    """
+
+    def __init__(self, data: bytes, lesson: Lesson | None = None) -> None:
         """Read the content of a bundle's file; Error if it is damaged."""
-        self._data = data
+        self._data, self.lesson = data, lesson
         self._bundle = bundles.parse(data)
 
     @classmethod
@@ -146,8 +137,9 @@ class Network:
         """Frames per second of the sensor."""
         return self._bundle.rate_hz
 
-    def run(self, recording: Recording) -> list[Command]:
-        """Return the commands that the device gives for a recording, in order.
+    @checks.sentences()
+    def run(self, recording: Given) -> list[Command]:
+        """Return the commands that the device gives for a recording, or that in a file, in order.
 
         Every stage is the device's own; the baseline is found in the recording's first second.
 
@@ -169,7 +161,8 @@ class Network:
             if step.gesture is not None
         ]
 
-    def probabilities(self, recording: Recording) -> NDArray[np.float32]:
+    @checks.sentences()
+    def probabilities(self, recording: Given) -> NDArray[np.float32]:
         """Return each label's probability, (n, classes); 1 for "null" until a window is full.
 
         Raises:
@@ -180,39 +173,33 @@ class Network:
         outputs = replay.Batched(self._bundle).probabilities(inputs.windows)
         return replay.spread(outputs, inputs, len(source.frames), len(self.classes))[1]
 
-    def evaluate(self, recordings: Iterable[Recording]) -> Evaluation:
-        """Return how it answers labelled recordings, by the event metric of docs/measurements.md.
+    @checks.sentences()
+    def evaluate(self, recordings: Given | Iterable[Given]) -> Evaluation:
+        """Return how it answers labelled recordings, one, several or in files, by its events.
+
+        The event metric is that of docs/measurements.md.
 
         Raises:
             Error: There is none, or one is of another sensor, rate or unit, or has no labels.
         """
-        named = ((one.name, self._fitting(one)) for one in recordings)
-        try:
-            tallies = evaluation.evaluate(self._bundle, named, lambda line: None)
-        except ValueError as error:
-            raise UserError(str(error)) from None
-        if not tallies:
-            raise UserError("there is no recording to evaluate; give at least one")
-        found = evaluation.summarise("recordings", self.classes, tallies)
-        same = ("sessions", "events", "verdict", *_FIGURES)
-        return Evaluation(
-            **{name: getattr(found, name) for name in same},
-            classes=found.labels,
-            latency=found.latency_s,
-            position_error=found.location.error if found.location else None,
-            confusion=np.array(found.answered, dtype=np.int64),
-        )
+        named = [(one.name, self._fitting(one)) for one in several(recordings)]
+        tallies = evaluation.evaluate(self._bundle, named, log.info)
+        return evaluation_of(self.classes, tallies)
 
+    @checks.sentences()
     def teach(
         self,
         label: str,
-        examples: Sequence[Recording],
+        examples: Given | Iterable[Given],
         *,
         command: str | Sequence[Mapping[str, Any]] | None = None,
         rotations: Literal["none", "half", "all"] | None = None,
         mirrored: bool | None = None,
+        anyway: bool = False,
     ) -> "Network":
         """Return a network that also knows a gesture, or knows it better; this one stays as it is.
+
+        Its `lesson` has what that cost.
 
         Args:
             label: Name of the gesture, new or known.
@@ -221,21 +208,25 @@ class Network:
             rotations: Turns under which it is the same gesture: none, by half, or by quarters.
                 None: guessed from the examples, as the window does; three or more are needed.
             mirrored: Whether its mirror image is the same gesture. None: guessed, too.
+            anyway: Take examples that have another name, too.
 
         Raises:
-            Error: A slice holds no touch, or the other gestures would suffer.
+            Error: A slice holds no touch, or has another name: in its recording, or without labels
+                by this network; or the other gestures would suffer.
         """
+        examples = several(examples)
         asked: dict[int, tuple[Recording, NDArray[np.bool_]]] = {}  # by session
         for one in examples:
             replay.refuse(one._source, self._bundle)
-            new = one, np.zeros(len(one._source.frames), dtype=np.bool_)
+            new = Recording(one._source, one.name), np.zeros(len(one._source.frames), np.bool_)
             asked.setdefault(id(one._source), new)[1][one._span] = True
+        shares = {key: self.probabilities(whole) for key, (whole, _) in asked.items()}
+        taken = [self._taken(label, one, shares[id(one._source)], anyway) for one in examples]
         found, own = [], []
-        for one, frames in asked.values():
-            session = add_gesture.Session.of(self._bundle, one._source)
-            names = Recording(one._source).labels
-            found += session.examples(label, frames, names)
-            own += session.stretches(label, frames, names)
+        for whole, frames in asked.values():
+            session = add_gesture.Session.of(self._bundle, whole._source)
+            found += session.examples(label, frames, whole.labels)
+            own += session.stretches(label, frames, whole.labels)
         if not found:
             raise UserError(
                 "there is no example; give three to five slices of recordings, each a second or "
@@ -247,7 +238,37 @@ class Network:
         mirror = mirror if mirrored is None else mirrored
         found = [replace(one, rotations=turns, mirrored=mirror) for one in found]
         made = adapt.teach(self._data, found, command=command, own=own)
-        return Network(bundles.assembled(made.manifest, made.parts))
+        lesson = Lesson(
+            label,
+            len(found),
+            made.kept,
+            tuple(one for one in made.debounce.patient if one not in self._bundle.debounce.patient),
+            made.debounce.patience_s,
+            {name: taken.count(name) / len(taken) for name in self.classes[1:] if name in taken},
+            turns,
+            mirror,
+        )
+        log.info("%s", lesson)
+        return Network(bundles.assembled(made.manifest, made.parts), lesson)
+
+    def _taken(self, label: str, one: Recording, shares: NDArray[np.float32], anyway: bool) -> str:
+        """Return what the network takes an example for, "" nothing; Error if it has another name.
+
+        That is what its recording labels it, else what the network surely takes it for.
+        """
+        touched = shares[one._span, 1:][shares[one._span, 0] < 0.5]
+        mean = touched.mean(axis=0) if len(touched) else np.zeros(len(self.classes) - 1)
+        taken = self.classes[1 + int(mean.argmax())] if len(touched) else ""
+        named = Counter(one.labels.tolist()).most_common(1)[0][0]
+        by = "its recording labels it"
+        if not named and label not in self.classes and mean.max() >= SURE:
+            named, by = taken, "the network takes it for"
+        if named not in ("", label) and not anyway:
+            raise UserError(
+                f"the example from {one.t[0]:.2f} to {one.t[-1]:.2f} s is no {label}: {by} "
+                f"{named}; leave it out, relabel it, or say anyway=True"
+            )
+        return taken
 
     def save(self, path: Path | str) -> None:
         """Write it as a bundle for `load_network` and `controller --bundle`; OSError."""
@@ -263,9 +284,9 @@ class Network:
             written.append(folder / name)
         return written
 
-    def _fitting(self, recording: Recording) -> Source:
+    def _fitting(self, recording: Given) -> Source:
         """Return the recording of the implementation; Error if it is not of this sensor."""
-        source = recording._cut()
+        source = single(recording)._cut()
         replay.refuse(source, self._bundle)
         return source
 
@@ -284,44 +305,9 @@ class Network:
         return f"{html.escape(repr(self))}<table>{rows}</table>"
 
 
+@checks.sentences()
 def load_network(path: Path | str | None = None) -> Network:
     """Return the networks in a bundle's file, or those that ship; Error if it cannot be read."""
     data = Path(path) if path is not None else bundles.default_path()
     bundles.read(data)  # whose error names the file
     return Network(data.read_bytes())
-
-
-def train(
-    paths: Path | str | Sequence[Path | str],
-    out: Path | str,
-    *,
-    say: Callable[[str], None] = print,
-    **options: Any,
-) -> Network:
-    """Train networks from recordings, write a bundle with its card and report, and return it.
-
-    Args:
-        paths: Recordings, or folders of them, of one sensor.
-        out: Bundle to write, NAME.orb; interrupted, the same call goes on where it was.
-        say: Takes lines of progress.
-        options: As of `models train`, such as epochs=8, split="user" or seed=1 (docs/training.md).
-
-    Raises:
-        Error: The [train] extra is missing, or the recordings cannot be learned from.
-    """
-    if find_spec("torch") is None:
-        raise UserError(f"training needs PyTorch; {how_to_install('train')}")
-    from models.training.request import Request
-    from models.training.train import train as run
-
-    given = [paths] if isinstance(paths, str | Path) else paths
-    known = set(Request.__dataclass_fields__) - {"paths", "out", "command"}
-    if unknown := sorted(set(options) - known):
-        raise UserError(f"there is no option {unknown[0]!r}; there are {', '.join(sorted(known))}")
-    try:
-        run(Request(tuple(map(Path, given)), Path(out), **options), say)
-    except UserError:
-        raise
-    except ValueError as error:
-        raise UserError(str(error)) from None
-    return load_network(out)

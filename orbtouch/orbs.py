@@ -3,11 +3,11 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, TypedDict, Unpack
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     import pygame
 
 VIRTUAL: Final = "virtual"
+_VIRTUAL: Final = ("bundle", "fault", "mapping", "preset", "seed")  # keywords of `connect`
+_SENSOR: Final = ("label", "sensor", "session", "user")  # and of `record`
+Option = str | int | Path  # value of a keyword
 _WAIT_S: Final = 0.2  # between looks whether the link is still wanted
 _RADIUS_MM: Final = 7.0  # of a finger
 
@@ -219,37 +222,15 @@ class Orb:
         self.close()
 
 
-class VirtualOptions(TypedDict, total=False):
-    """Keywords of `connect`: options of `controller` for a virtual orb."""
-
-    seed: int
-    preset: str
-    fault: str
-    bundle: Path | str
-    mapping: Path | str
-
-
-class SensorOptions(VirtualOptions, total=False):
-    """Keywords of `record`: options of `controller`."""
-
-    sensor: str
-    user: str
-    session: str
-    label: str
-
-
-def _words(options: Mapping[str, object], known: type) -> list[str]:
+def _words(options: Mapping[str, object], known: Sequence[str]) -> list[str]:
     """Return keywords as words of a command line; Error if one is not known."""
-    names = sorted(known.__annotations__)
     for name in options:
-        if name not in names:
-            raise UserError(f"there is no option {name!r}; there are {', '.join(names)}")
+        if name not in known:
+            raise UserError(f"there is no option {name!r}; there are {', '.join(known)}")
     return [word for name, value in options.items() for word in (f"--{name}", str(value))]
 
 
-def connect(
-    link: str = VIRTUAL, *, key: Path | str | None = None, **options: Unpack[VirtualOptions]
-) -> Orb:
+def connect(link: str = VIRTUAL, *, key: Path | str | None = None, **options: Option) -> Orb:
     """Return an orb, and connect to it in the background.
 
     Args:
@@ -263,7 +244,7 @@ def connect(
         Error: The key cannot be read, or there is no such option.
     """
     secret = b"" if key is None else psk.read(Path(key))
-    words = _words(options, VirtualOptions)
+    words = _words(options, _VIRTUAL)
     if words and link != VIRTUAL:
         raise UserError(f"options are those of a virtual orb; leave them out with {link}")
     process = VirtualOrbProcess(1, words) if link == VIRTUAL else None
@@ -275,7 +256,7 @@ def connect(
     return Orb(receiver, process)
 
 
-def record(path: Path | str, duration: float, **options: Unpack[SensorOptions]) -> Recording:
+def record(path: Path | str, duration: float, **options: Option) -> Recording:
     """Record a sensor on this machine into a new file, in real time; return the recording.
 
     Args:
@@ -289,7 +270,7 @@ def record(path: Path | str, duration: float, **options: Unpack[SensorOptions]) 
             the message says why.
     """
     command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
-    command += ["--seconds", f"{duration:g}", *_words(options, SensorOptions)]
+    command += ["--seconds", f"{duration:g}", *_words(options, (*_VIRTUAL, *_SENSOR))]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         message = done.stderr.strip().rpartition("controller: ")[2]

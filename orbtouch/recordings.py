@@ -3,23 +3,30 @@
 import base64
 import html
 import io
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from controller.recognition.images.frames import MOST_WINDOW
 from controller.recordings import edit, reader, recording
 from controller.shared import config
 from controller.shared.config import ConfigError
 from controller.shared.errors import UserError, how_to_install
 from controller.shared.files import atomic_write
 from models.data.examples import column, labellers
+from orbtouch import arrays, checks, windows
+from orbtouch.results import pandas_of
+from orbtouch.windows import Windows
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+
+
+Given = Union["Recording", Path, str]  # a recording, or the path of its file
 
 
 class Recording:
@@ -38,10 +45,79 @@ class Recording:
         name: str = "recording",
         span: slice | None = None,
     ) -> None:
-        """Wrap a recording of the implementation; use `load_recording` instead."""
+        """Wrap a recording of the implementation; use `load_recording` or `from_arrays`."""
+        if not isinstance(source, recording.Recording):
+            raise UserError("make a recording of arrays with Recording.from_arrays(frames, t)")
         self._source = source
         self._span = slice(0, len(source.frames)) if span is None else span
         self.name = name
+
+    @classmethod
+    @checks.sentences()
+    def from_arrays(
+        cls,
+        frames: ArrayLike,
+        t: ArrayLike | None = None,
+        rate_hz: float | None = None,
+        labels: ArrayLike | None = None,
+        *,
+        unit: str = "pF",
+        pitch_mm: float = 10.0,
+        user: str = "01",
+        session: str = "",
+        sign: arrays.Sign = "",
+    ) -> "Recording":
+        """Return a recording of arrays, of any sensor.
+
+        Args:
+            frames: Finite readings, (n, rows, columns); row 0 is the player's far side.
+            t: Rising time of each frame, (n,), seconds; None: frames come at `rate_hz`. The
+                recording's own begin at 0.
+            rate_hz: Frames per second, 1 to 10,000; None: frames over time.
+            labels: Name of the gesture in each frame, (n,), "null" for none, "" for unknown.
+            unit: Of the frames; "pF" is divided by rest, of others rest is subtracted.
+            pitch_mm: Distance of neighbouring taxels.
+            user: ID of the person, letters and digits.
+            session: ID of the session; "": the only one.
+            sign: What a touch does to the readings: "falls" or "rises"; "": found out.
+
+        Raises:
+            Error: An array has another shape, type or length; the message names it.
+        """
+        facts = {"unit": unit, "pitch_mm": pitch_mm, "user": user, "sign": sign}
+        made = arrays.source(frames, t, rate_hz, labels, session, **facts)
+        return cls(made, f"{user} {made.origin.session}")
+
+    @classmethod
+    def from_pandas(cls, table: "pandas.DataFrame", **facts: Any) -> "Recording":
+        """Return a recording of a table as `to_pandas` returns it.
+
+        The time is the index "t" or a column of that name; without, `rate_hz` is needed. Other
+        keywords are as of `from_arrays`. Error if a column is missing.
+        """
+        return cls.from_arrays(**(arrays.columns_of(table) | facts))
+
+    @checks.sentences()
+    def windows(self, window: int = 0, *, every: int = 1) -> Windows:
+        """Return the labelled windows, made by the device's own stages, for an own network.
+
+        The sensor's scale and baseline are found in the whole session, also of a slice; no window
+        spans a missing or excluded frame.
+
+        Args:
+            window: Images in a window, 2 to 250; 0: those of a second.
+            every: Take each window that begins so many frames after the one before.
+
+        Raises:
+            Error: There are no labels, no quiet second, or no touch where the scale needs one.
+        """
+        checks.whole(window, "window", 0, MOST_WINDOW)
+        checks.whole(every, "every", 1, 1_000_000)
+        settings = windows.settings_of([self._source], window)
+        made = windows.cut(self._source, self.name, settings, self.classes, self._span, every)
+        if not len(made.X):
+            raise UserError(f"{self.name} has no labelled window after a quiet second")
+        return made
 
     @property
     def frames(self) -> NDArray[np.float32]:
@@ -79,6 +155,11 @@ class Recording:
     def user(self) -> str:
         """ID of the person; "" unknown."""
         return self._source.origin.user
+
+    @property
+    def session(self) -> str:
+        """ID of the session, unique for the person; "" unknown."""
+        return self._source.origin.session
 
     @property
     def rate_hz(self) -> float:
@@ -158,10 +239,7 @@ class Recording:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a table: time as index, a column a taxel ("r0c0" …), and "label"; needs pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise UserError("a table needs pandas; install it with: pip install pandas") from None
+        pandas = pandas_of("a table")
         rows, columns = self.frames.shape[1:]
         names = [f"r{r}c{c}" for r in range(rows) for c in range(columns)]
         index = pandas.Index(self.t, name="t")
@@ -209,11 +287,52 @@ class Recording:
         return f'{text}<br><img alt="{text}" src="data:image/png;base64,{data}">'
 
 
+@checks.sentences()
+def import_recordings(path: Path | str, **description: Any) -> list[Recording]:
+    """Return the recordings in a CSV, .npz or .npy of another sensor, one a user and session.
+
+    Args:
+        path: File of arrays, or a table with a column for each taxel or a line for each reading.
+        description: Keys of docs/recording.md#other-sensors, such as frames="c*", rows=5,
+            columns=5, pitch_mm=4.1, unit="counts", time="t", label="task",
+            label_names="task_names" and null="rest".
+
+    Raises:
+        Error: The file is not as described; the message names line or array.
+    """
+    found = arrays.imported(Path(path), description)
+    return [Recording(one, f"{one.origin.user} {one.origin.session}") for one in found]
+
+
+@checks.sentences()
 def load_recording(path: Path | str) -> Recording:
     """Return the recording in a file; Error if it is none, with the reason."""
     return Recording(reader.load(path), Path(path).stem)
 
 
+def single(given: object) -> Recording:
+    """Return a recording, or that in a file; Error for anything else."""
+    if isinstance(given, str | Path):
+        return load_recording(given)
+    if not isinstance(given, Recording):
+        raise UserError(
+            f"a {type(given).__name__} is no recording; give one, or the path of its file; arrays "
+            "become one by Recording.from_arrays"
+        )
+    return given
+
+
+def several(given: Given | Iterable[Given]) -> list[Recording]:
+    """Return one recording or more, those in files, too; Error for anything else, and for none."""
+    if isinstance(given, str | Path | Recording) or not isinstance(given, Iterable):
+        return [single(given)]
+    found = [single(each) for each in given]
+    if not found:
+        raise UserError("there is no recording; give at least one")
+    return found
+
+
+@checks.sentences()
 def simulate(
     *,
     minutes: float = 2.0,
@@ -244,12 +363,12 @@ def simulate(
     """
     from models.data.simulate import DataSet
 
+    checks.whole(user, "user", 0, 1_000_000)
+    checks.whole(session, "session", 0, 1_000_000)
     given = {"seed": seed, "minutes": minutes, "preset": preset, "hand": hand}
     given |= {"rate_hz": rate_hz, "gestures": gestures}
     try:
         made = config.settings(DataSet, given).session(user, session)
     except ConfigError as error:
         raise UserError(f"simulate {error}") from None
-    except ValueError as error:
-        raise UserError(str(error)) from None
     return Recording(made, f"{preset} {user + 1:02d}-{session + 1:02d}")

@@ -21,6 +21,7 @@ class UserError(Exception):
             they named.
     """
 
+    __module__, __qualname__ = "orbtouch", "Error"  # its public name, in traces
     status = 2
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from controller.shared.arguments import whole
 from models.cli import _options as options
-from models.training.request import Request
+from models.training.request import SIMULATED, Request
 
 SUMMARY: Final = "make a bundle from recordings"
 DESCRIPTION: Final = (
@@ -18,7 +18,6 @@ DESCRIPTION: Final = (
 )
 SHARED: Final = ("labels", "all", "window", "seed")
 FLAGS: Final = {"every": "all"}
-SIMULATED: Final = ("contact", "state")  # tasks without recordings
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 EXAMPLE: Final = (
     "Try it (three minutes): models simulate --out data --users 3 --sessions 2, then models train "
@@ -48,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     for name in ("paths", "auxiliary", "others"):
         given[name] = tuple(given[name])
     request = Request(**given)
-    _check(request)
+    request.check()
     request = replace(request, command=_command(request))
     if request.epochs == 0:
         return _choose(request)
@@ -96,31 +95,6 @@ def _choose(request: Request) -> int:
     options.say(f"wrote {request.out}")
     options.say("a choice flatters what it was made on: judge it on other recordings")
     return 0
-
-
-def _check(request: Request) -> None:
-    """Raise ValueError for options of another task."""
-    if request.task in SIMULATED:
-        alone = Request((), request.out, request.task, seed=request.seed, base=request.base)
-        if request != replace(alone, epochs=request.epochs, command=request.command):
-            raise ValueError(
-                f"--task {request.task} takes --with, --seed and --epochs: contacts are simulated"
-            )
-        return
-    if not request.paths:
-        raise ValueError("there is nothing to learn from; name folders of recordings, DIR")
-    if request.epochs == 0 and request.start is None:
-        raise ValueError("--epochs 0 trains nothing; add --from BUNDLE to choose its thresholds")
-    if request.task != "user":
-        if request.others or request.gestures:
-            raise ValueError("--others and --gestures are for people; add --task user")
-        return
-    flags = {"window": "window", "split": "split", "auxiliary": "auxiliary", "start": "from"}
-    for name, flag in flags.items():
-        if getattr(request, name):
-            raise ValueError(f"--{flag} is not for people; leave it out")
-    if request.recipe:
-        raise ValueError("there is one recipe for people; leave --recipe out")
 
 
 def _command(request: Request) -> str:

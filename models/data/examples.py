@@ -292,7 +292,7 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
     for number, source in enumerate(sources):
         stage = Preprocessor(settings, *source.frames.shape[1:])
         prepared = [stage.step(frame) for frame in source.frames]
-        use, last = _usable([p.ready for p in prepared], source, settings.window)
+        use, last = usable_windows([p.ready for p in prepared], source, settings.window)
         if not len(last):
             continue
         images = np.stack([prepared[i].image for i in use])
@@ -314,7 +314,7 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
     return Examples.joined(parts)
 
 
-def _usable(
+def usable_windows(
     ready: list[bool], source: Source, window: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the frames kept, (kept,), and those of them that end a usable window, (windows,)."""

@@ -85,10 +85,7 @@ def read(
     recordings = read_training(paths)
     origin, rate_hz = recordings.surveys[0].origin, recordings.rate_hz
     vocabulary = vocabulary_of(paths, recordings.labels, orb=of_orb(origin))
-    length = window or min(MOST_WINDOW, max(LEAST_WINDOW, round(WINDOW_S * rate_hz)))
-    settings = recipe.settings(rate_hz, length)
-    if not origin.signal.ratio:
-        settings = replace(settings, normalise="difference", scale=_scale(recordings))
+    settings = settings_of(recordings, origin, rate_hz, recipe, window)
     reader = _Reader(recordings, recipe, choice, vocabulary, every, notes=list(recordings.notes))
     try:
         examples = prepare(reader.sources(say), settings)
@@ -102,8 +99,8 @@ def read(
     return Data(
         examples,
         tuple(reader.rows),
-        _join(reader.session, shared),
-        _join(reader.user, shared),
+        join(reader.session, shared),
+        join(reader.user, shared),
         vocabulary,
         settings,
         origin.pitch_mm,
@@ -111,6 +108,24 @@ def read(
         digest(survey.path for survey in recordings.surveys),
         tuple(reader.notes),
     )
+
+
+def settings_of(
+    recordings: Recordings | Sequence[Recording],
+    origin: Provenance,
+    rate_hz: float,
+    recipe: Recipe,
+    window: int = 0,
+) -> PreprocessSettings:
+    """Return the preprocessing for recordings of one kind, with the scale of their touches.
+
+    A window of 0 images is that of a second. ValueError if no touch is felt where one is needed.
+    """
+    length = window or min(MOST_WINDOW, max(LEAST_WINDOW, round(WINDOW_S * rate_hz)))
+    settings = recipe.settings(rate_hz, length)
+    if origin.signal.ratio:
+        return settings
+    return replace(settings, normalise="difference", scale=_scale(recordings))
 
 
 class _LeftOutError(ValueError):
@@ -292,7 +307,7 @@ def _failed(report: check.Report, recording: Recording, usual_hz: float) -> str:
     return next((f.text for f in report.findings if f.level is check.Level.FAILED), "")
 
 
-def _scale(recordings: Recordings) -> float:
+def _scale(recordings: Recordings | Sequence[Recording]) -> float:
     """Return the scale that makes a firm touch as strong as the orb's, in the frames' unit."""
     firm = []
     for number in range(min(SAMPLED, len(recordings))):
@@ -311,7 +326,7 @@ def _scale(recordings: Recordings) -> float:
     return float(f"{usual / FIRM:.3g}")
 
 
-def _join(groups: Sequence[str], shared: dict[int, dict[int, int]]) -> NDArray[np.int64]:
+def join(groups: Sequence[str], shared: dict[int, dict[int, int]]) -> NDArray[np.int64]:
     """Return the group of each recording, (recordings,); those that share frames are of one."""
     first = {group: number for number, group in reversed(list(enumerate(groups)))}
     root = np.array([first[group] for group in groups], dtype=np.int64)

@@ -15,7 +15,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import gestures_of
 from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
-from controller.recognition.images.frames import Image, PreprocessSettings, Window
+from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Networks, Pipeline, Touch
 from controller.recognition.touch_position import ContactLevel
@@ -37,6 +37,7 @@ class NetworkInputs:
     last: NDArray[np.int64]  # last frame of each, (windows,)
     idle: NDArray[np.float64]  # mean of |z - 1| while nothing touches, then, (windows,)
     levels: NDArray[np.float64]  # of the contact in every frame, (n,)
+    rest: Frame | None = None  # first image of the untouched sensor; None: it was never found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,17 +90,19 @@ def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) ->
     last: list[int] = []
     idle: list[float] = []
     contact, levels = ContactLevel(*frames.shape[1:]), np.zeros(len(frames))
+    rest: Frame | None = None
     for number, frame in enumerate(frames):
         prepared = stage.step(frame)
         if prepared.ready:
             levels[number] = contact.step(prepared.image, prepared.idle)
+            rest = stage.rest if rest is None else rest
         if prepared.ready and (window := stage.window()) is not None:
             windows.append(window)
             last.append(number)
             idle.append(prepared.idle)
     empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
     stacked = np.stack(windows) if windows else empty
-    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle), levels)
+    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle), levels, rest)
 
 
 def replay(

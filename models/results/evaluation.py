@@ -26,6 +26,9 @@ class Figure:
     low: float  # lower bound
     high: float  # upper bound
 
+    def __float__(self) -> float:
+        return self.value
+
     def __str__(self) -> str:
         """Return it for a table, such as "0.9977 (0.9961–0.9989)"."""
         if math.isnan(self.low):

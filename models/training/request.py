@@ -10,6 +10,7 @@ from models.data.recipe import RECIPES, Recipe
 TaskName = Literal["gesture", "location", "user", "contact", "state", ""]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
+SIMULATED: Final = ("contact", "state")  # tasks without recordings
 FOLDERS: Final = {"type": Path, "nargs": "+"}
 
 
@@ -105,6 +106,32 @@ class Request:
         "those that help people held out are used (orbtouch docs people)",
     )
     command: str = ""  # as it was typed
+
+    def check(self) -> None:
+        """Raise ValueError for options of another task."""
+        if self.task in SIMULATED:
+            alone = Request((), self.out, self.task, seed=self.seed, base=self.base)
+            if self != replace(alone, epochs=self.epochs, command=self.command):
+                raise ValueError(
+                    f"--task {self.task} takes --with, --seed and --epochs: contacts are simulated"
+                )
+            return
+        if not self.paths:
+            raise ValueError("there is nothing to learn from; name folders of recordings, DIR")
+        if self.epochs == 0 and self.start is None:
+            raise ValueError(
+                "--epochs 0 trains nothing; add --from BUNDLE to choose its thresholds"
+            )
+        if self.task != "user":
+            if self.others or self.gestures:
+                raise ValueError("--others and --gestures are for people; add --task user")
+            return
+        flags = {"window": "window", "split": "split", "auxiliary": "auxiliary", "start": "from"}
+        for name, flag in flags.items():
+            if getattr(self, name):
+                raise ValueError(f"--{flag} is not for people; leave it out")
+        if self.recipe:
+            raise ValueError("there is one recipe for people; leave --recipe out")
 
     def networks(self, *, orb: bool = True) -> Recipe:
         """Return the networks' recipe for the orb or another sensor, with the epochs given."""

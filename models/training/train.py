@@ -61,12 +61,17 @@ def train(request: Request, say: Say) -> Training | UserResult | ContactResult |
     else:
         plan = NetworkPlan.of(request, data, base, say)
     say(f"on {device}, one thread" if device.type == "cpu" else "on a GPU")
-    folder = request.out.with_name(f"{request.out.name}.training")
+    folder = checkpoints(request)
     of = replace(request, out=Path(), paths=(), command=""), data.digest, data.vocabulary
     checkpoint.claim(folder, (*of, data.settings, software()))
     result = plan.train(device, folder, say)
     shutil.rmtree(folder)
     return result
+
+
+def checkpoints(request: Request) -> Path:
+    """Return the folder of an interrupted training's checkpoints."""
+    return request.out.with_name(f"{request.out.name}.training")
 
 
 def choose_thresholds(request: Request, say: Say) -> Tuning:

@@ -111,6 +111,9 @@ def test_five_slices_teach_a_gesture(swipes: orbtouch.Recording, tmp_path: Path)
     after = before.teach("swipe", found[:5], command="hold")
     assert after.classes == (*before.classes, "swipe")
     assert before.classes == orbtouch.load_network().classes  # unchanged
+    assert after.lesson is not None
+    assert (after.lesson.examples, after.lesson.kept > 0.9) == (5, True)
+    assert set(after.lesson.resembles) <= set(before.classes)
     after.save(tmp_path / "own.orb")
     again = orbtouch.load_network(tmp_path / "own.orb")
     later = swipes[found[5].t[0] - 1.0 :]
@@ -121,9 +124,20 @@ def test_five_slices_teach_a_gesture(swipes: orbtouch.Recording, tmp_path: Path)
 
 def test_a_slice_without_a_touch_teaches_nothing(session: orbtouch.Recording) -> None:
     with pytest.raises(orbtouch.Error, match="shows no touch"):
-        orbtouch.load_network().teach("swipe", [session[1.5:2.0]])
-    with pytest.raises(orbtouch.Error, match="no example"):
+        orbtouch.load_network().teach("swipe", [session[1.5:2.0]], anyway=True)
+    with pytest.raises(orbtouch.Error, match="no recording; give at least one"):
         orbtouch.load_network().teach("swipe", [])
+
+
+def test_presses_are_no_swipes_unless_asked(session: orbtouch.Recording) -> None:
+    presses = list(session.gestures("press"))[:3]
+    with pytest.raises(orbtouch.Error, match=r"is no swipe: its recording labels it press; leave"):
+        orbtouch.load_network().teach("swipe", presses)
+    with pytest.raises(orbtouch.Error, match="its recording labels it null"):
+        orbtouch.load_network().teach("swipe", [session[1.5:2.0]])
+    bare = orbtouch.Recording.from_arrays(session.frames, rate_hz=40)
+    with pytest.raises(orbtouch.Error, match="the network takes it for press"):
+        orbtouch.load_network().teach("swipe", [bare[one.t[0] : one.t[-1]] for one in presses])
 
 
 def test_the_parts_of_a_network_are_exported(tmp_path: Path) -> None:
@@ -165,7 +179,7 @@ def test_arguments_and_errors_of_a_public_name_are_described(
     """Several arguments are listed, one or two are in the sentence; so are errors and results."""
     told = inspect.getdoc(thing) or ""
     sections = inspect.cleandoc(told).partition("\nArgs:")[2]
-    names = [one for one in inspect.signature(thing).parameters if one not in ("self", "say")]
+    names = [one for one in inspect.signature(thing).parameters if one not in ("self", "cls")]
     if len(names) > 2:
         assert [one for one in names if f"\n    {one}:" not in sections] == []
     if not name.endswith(("gestures", "touch", "draw", "close", "save")):
@@ -185,9 +199,12 @@ def test_arrays_are_described_by_shape_and_numbers_by_unit() -> None:
             assert re.search(r"\((n|rows)\b[^)]*\)", inspect.getdoc(getattr(owner, member)) or "")
     for owner, attributes in {
         orbtouch.Command: ("t", "name", "gesture", "probability", "position"),
-        orbtouch.Evaluation: tuple(orbtouch.Evaluation.__dataclass_fields__),
+        orbtouch.Evaluation: tuple(orbtouch.Evaluation.__dataclass_fields__)[:-1],
+        orbtouch.Lesson: tuple(orbtouch.Lesson.__match_args__),
+        orbtouch.Training: tuple(orbtouch.Training.__dataclass_fields__),
+        orbtouch.Windows: tuple(orbtouch.Windows.__match_args__),
     }.items():
-        told = inspect.getdoc(owner) or ""
+        told = "".join(inspect.getdoc(one) or "" for one in owner.__mro__[:-1])
         assert [one for one in attributes if f"\n    {one}:" not in told] == []
 
 
@@ -225,11 +242,11 @@ def test_five_swipes_teach_swipes_of_every_direction(seed: int) -> None:
     mine = orbtouch.load_network().teach("swipe", list(waves.gestures("swipe"))[:5], command="hold")
     other = orbtouch.simulate(minutes=3, gestures=("press", "swipe"), seed=seed + 10)
     done = mine.evaluate([other]).confusion[mine.classes.index("swipe")]
-    assert done[mine.classes.index("swipe")] >= 52 / 56 * done.sum()
+    assert done[mine.classes.index("swipe")] >= 54 / 56 * done.sum()
 
 
 def test_an_unknown_keyword_of_a_sensor_is_named(tmp_path: Path) -> None:
     with pytest.raises(orbtouch.Error, match="no option 'sed'; there are bundle, fault"):
-        orbtouch.connect(sed=7)  # type: ignore[call-arg]
+        orbtouch.connect(sed=7)
     with pytest.raises(orbtouch.Error, match="those of a virtual orb; leave them out"):
         orbtouch.connect("/dev/rfcomm0", seed=7)

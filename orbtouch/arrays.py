@@ -1,0 +1,115 @@
+"""Recordings made of arrays, tables and files that are not recordings yet."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from controller.recordings import importer
+from controller.recordings.description import Description
+from controller.recordings.importer import NULL
+from controller.recordings.recording import Recording as Source
+from controller.shared import config
+from controller.shared.errors import UserError
+from orbtouch import checks
+
+if TYPE_CHECKING:
+    import pandas
+
+Sign = Literal["falls", "rises", ""]
+_TAXEL: Final = re.compile(r"r(\d+)c(\d+)")  # a column of a table
+
+
+def source(
+    frames: ArrayLike,
+    t: ArrayLike | None,
+    rate_hz: float | None,
+    labels: ArrayLike | None,
+    session: str,
+    **facts: Any,
+) -> Source:
+    """Return arrays as a recording; see `Recording.from_arrays`."""
+    arrays = {"frames": _array(frames, "frames", "iuf", (-1, -1, -1))}
+    count = len(arrays["frames"])
+    finite = np.isfinite(arrays["frames"]).all(axis=(1, 2))
+    if not finite.all():
+        raise UserError(
+            f"frame {finite.argmin()} has a reading that is no number (NaN or infinite); fill it, "
+            "or leave the frame out"
+        )
+    if t is None and rate_hz is None:
+        raise UserError("the rate is unknown; give t, the seconds of each frame, or rate_hz")
+    if rate_hz is not None:
+        checks.number(rate_hz, "rate_hz", 1.0, 10_000.0)
+        facts["rate_hz"] = float(rate_hz)
+    if t is not None:
+        arrays["t"], facts["time"] = _array(t, "t", "iuf", (count,)), "t"
+        rises = np.diff(arrays["t"].astype(np.float64)) > 0.0  # NaN does not, either
+        if not rises.all():
+            i = int(rises.argmin())
+            raise UserError(
+                f"t does not rise from frame {i} to {i + 1} ({arrays['t'][i]:g} s, "
+                f"{arrays['t'][i + 1]:g} s); sort the frames, and leave repeated ones out"
+            )
+    if labels is not None:
+        given = _array(labels, "labels", "U", (count,))
+        names, numbers = np.unique(given[given != ""], return_inverse=True)
+        arrays["label"] = np.full(count, -1)
+        arrays["label"][given != ""] = numbers
+        facts |= {"label": "label", "label_names": tuple(names.tolist()) or (NULL,)}
+    if session:
+        arrays["session"], facts["session"] = np.array([str(session)]), ("session",)
+    checks.number(facts["pitch_mm"], "pitch_mm", 1e-3, 1e6)
+    return next(importer.recordings(arrays, described({"frames": "frames", **facts})))
+
+
+def _array(given: ArrayLike, name: str, kinds: str, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return an array of a shape (-1: any length) and kinds of type; Error if it is none."""
+    try:
+        array = np.asarray(given)
+    except ValueError:
+        raise UserError(f"{name} are no array: their rows are not equally long") from None
+    if array.dtype.kind == "O" and kinds == "U":  # of a table
+        array = np.array([one if isinstance(one, str) else "" for one in array.flat])
+    fits = array.ndim == len(shape) and array.size > 0 and array.dtype.kind in kinds
+    if not fits or any(own != size >= 0 for own, size in zip(array.shape, shape, strict=True)):
+        what = "names" if kinds == "U" else "numbers"
+        wanted = "(n, rows, columns)" if len(shape) == 3 else f"one for each of {shape[0]} frames"
+        raise UserError(f"{name}: {array.dtype} {array.shape}; expected are {what}, {wanted}")
+    return array
+
+
+def columns_of(table: "pandas.DataFrame") -> dict[str, Any]:
+    """Return the arrays of a table with columns as `Recording.to_pandas` has; Error if it lacks."""
+    found = {name: _TAXEL.fullmatch(str(name)) for name in getattr(table, "columns", ())}
+    taxels = sorted((int(m[1]), int(m[2]), name) for name, m in found.items() if m)
+    rows, columns = (1 + max((one[i] for one in taxels), default=-1) for i in (0, 1))
+    if not taxels or len(taxels) != rows * columns:
+        raise UserError(
+            f"the table has {len(taxels)} columns of taxels, of {rows} x {columns}; expected is a "
+            "pandas table with a column r0c0, r0c1, ... for each taxel, and t as index or column"
+        )
+    frames = table[[name for *_, name in taxels]].to_numpy().reshape(-1, rows, columns)
+    own = {"frames": frames}
+    if "t" in table or table.index.name == "t":
+        own["t"] = table.get("t", table.index).to_numpy()
+    if "label" in table:
+        own["labels"] = table["label"].to_numpy()
+    return own
+
+
+def described(facts: Mapping[str, Any]) -> Description:
+    """Return a description; Error if it is impossible."""
+    try:
+        return config.settings(Description, facts)
+    except config.ConfigError as error:
+        raise UserError(f"the description {error}") from None
+
+
+def imported(path: Path, facts: Mapping[str, Any]) -> list[Source]:
+    """Return the recordings in a file of arrays or a table; see `import_recordings`."""
+    told = described(facts)
+    return list(importer.recordings(importer.read(path, told), told))

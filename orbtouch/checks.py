@@ -1,0 +1,50 @@
+"""Checks of what a program hands over: wrong types and values are one sentence before work."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final
+
+import numpy as np
+
+from controller.shared.errors import UserError
+
+# Advice of the command line, and its like in Python
+_WORDS: Final = {
+    "name a file made with --record": "arrays become one by Recording.from_arrays",
+    "choose another with --bundle": "load another network",
+    "choose another bundle": "load another network",
+}
+
+
+@contextmanager
+def sentences() -> Iterator[None]:
+    """Raise errors of the implementation as `Error`, in words of the interface."""
+    try:
+        yield
+    except (UserError, ValueError) as error:
+        text = str(error)
+        for words, own in _WORDS.items():
+            text = text.replace(words, own)
+        raise UserError(text) from error.__cause__
+
+
+def number(value: object, what: str, least: float, most: float) -> None:
+    """Raise Error unless a value is a number from `least` to `most`."""
+    real = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not real or not least <= float(value) <= most:  # type: ignore[arg-type]
+        bound = f"{least:g} or more" if most == math.inf else f"from {least:g} to {most:g}"
+        raise UserError(f"{what} = {value!r}; expected is a number {bound}")
+
+
+def whole(value: object, what: str, least: int, most: int) -> None:
+    """Raise Error unless a value is a whole number from `least` to `most`."""
+    number(value, what, least, most)
+    if not isinstance(value, int | np.integer):
+        raise UserError(f"{what} = {value!r}; expected is a whole number")
+
+
+def one_of(value: object, what: str, known: Sequence[str]) -> None:
+    """Raise Error unless a value is among those known."""
+    if value not in known:
+        raise UserError(f"{what} = {value!r}; expected is one of {', '.join(map(repr, known))}")

@@ -1,0 +1,162 @@
+"""Judging of any predictor of windows by its events, through the device's debouncer."""
+
+import copy
+import logging
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from controller.recognition.debounce import DebounceSettings
+from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
+from controller.recordings.quality.check import FrameIndex
+from controller.shared.errors import UserError, count
+from models.data import load
+from models.data.ground_truth import GroundTruth
+from models.data.splits import HoldOut
+from models.evaluation.event_counts import tally
+from models.evaluation.replay import debounced_stream, network_inputs
+from orbtouch import checks, windows
+from orbtouch.networks import Network
+from orbtouch.recordings import Given, Recording, several
+from orbtouch.results import Evaluation, evaluation_of
+
+LEARNED: Final = 20_000  # windows that an estimator is given at most, evenly spread
+AT_ONCE: Final = 2_000  # windows that are predicted in one call
+SUM: Final = 1e-3  # greatest error of a sum of probabilities
+
+Predict = Callable[[NDArray[np.float32]], ArrayLike]
+
+log = logging.getLogger("orbtouch")
+
+
+@checks.sentences()
+def evaluate(
+    predict: Network | Predict | Any,
+    recordings: Given | Iterable[Given],
+    *,
+    classes: Sequence[str] = (),
+    window: int = 0,
+    by: Literal["user", "session", ""] = "",
+    folds: int = 5,
+    debounce: Network | None = None,
+) -> Evaluation:
+    """Return how a predictor answers labelled recordings, by the device's stages and event metric.
+
+    Args:
+        predict: A network, or a callable that returns probabilities, (n, classes), for windows,
+            (n, window, rows, columns), as of `Recording.windows`; or an estimator with `fit(X, y)`
+            and `predict_proba(X)`, of which a copy learns from all recordings but those it is
+            judged on, at most 20,000 windows.
+        recordings: Of one sensor and rate; paths are loaded.
+        classes: Names that columns and `y` count; (): of the recordings, "null" first.
+        window: Images in a window; 0: those of a second.
+        by: What an estimator's folds hold out as a whole: "user" or "session"; "": users if there
+            are two or more.
+        folds: Number of folds, 2 or more; no more than there are users or sessions.
+        debounce: Network whose debouncer is used; None: one with default settings.
+
+    Raises:
+        Error: An argument is unfit, the recordings cannot be split without a leak, or the
+            predictor raises or returns no probabilities.
+    """
+    given = several(recordings)
+    if isinstance(predict, Network):
+        return predict.evaluate(given)
+    learns = hasattr(predict, "fit") and hasattr(predict, "predict_proba")
+    if not learns and not callable(predict):
+        raise UserError(
+            f"{type(predict).__name__} cannot be judged; give a network, a callable that returns "
+            "probabilities, or an estimator with fit and predict_proba"
+        )
+    checks.whole(window, "window", 0, MOST_WINDOW)
+    checks.whole(folds, "folds", 2, 1000)
+    checks.one_of(by, "by", ("", "user", "session"))
+    for one in given[1:]:
+        kinds = {(r.frames.shape[1:], r.unit, r._source.origin.sign) for r in (given[0], one)}
+        if len(kinds) > 1 or not same_rate(given[0].rate_hz, one.rate_hz, load.RATES):
+            raise UserError(f"{given[0]!r} and {one!r} are not of one sensor and rate; part them")
+    names = tuple(classes) or tuple(dict.fromkeys(name for one in given for name in one.classes))
+    settled = debounce._bundle.debounce if debounce else DebounceSettings()
+    tallies = {}
+    for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
+        learned = [one for one, out in zip(given, held, strict=True) if out != learns]
+        settings = windows.settings_of([one._source for one in learned], window)
+        known, answers = np.arange(len(names)), predict
+        if learns:
+            known, answers = _fitted(predict, learned, settings, names)
+        for number in np.flatnonzero(held).tolist():
+            one, source = given[number], given[number]._cut()
+            truth = GroundTruth.of(source, names, one.name)
+            inputs = network_inputs(source.frames, settings)
+            outputs = np.zeros((len(inputs.windows), len(names)), dtype=np.float32)
+            for first in range(0, len(outputs), AT_ONCE):
+                some = slice(first, first + AT_ONCE)
+                columns = [names[i] for i in known]
+                outputs[some, known] = _checked(answers, inputs.windows[some], columns)
+            counts = tally(debounced_stream(truth, inputs, outputs, names, settled), names)
+            log.info("%s: %d of %s", one.name, counts.hits, count(counts.events, "gesture"))
+            tallies[number] = counts
+    return evaluation_of(names, [tallies[number] for number in range(len(given))])
+
+
+def _checked(
+    predict: Predict, given: NDArray[np.float32], columns: Sequence[str]
+) -> NDArray[np.float64]:
+    """Return the probabilities, (n, columns), of windows; Error if they are none."""
+    name = getattr(predict, "__qualname__", type(predict).__name__)
+    try:
+        answer = np.asarray(predict(given), dtype=np.float64)
+    except Exception as error:
+        said = f"{type(error).__name__} at windows {given.shape}: {error}"
+        raise UserError(f"{name} raised {said}") from error
+    expected = f"expected are probabilities of {', '.join(columns)}"
+    if answer.shape != (len(given), len(columns)):
+        wanted = (len(given), len(columns))
+        raise UserError(f"{name} returned {answer.shape}, not {wanted}; {expected}, in order")
+    fit = (answer >= 0.0).all(axis=1) & (np.abs(answer.sum(axis=1) - 1.0) <= SUM)  # NaN does not
+    if not fit.all():
+        odd = np.round(answer[fit.argmin()], 3).tolist()
+        raise UserError(f"{name} returned {odd}; {expected}, which sum to 1")
+    return answer
+
+
+def _fitted(
+    estimator: Any, taught: Sequence[Recording], settings: PreprocessSettings, names: Sequence[str]
+) -> tuple[NDArray[np.int64], Predict]:
+    """Return the classes that a copy of an estimator has learned, and how it answers."""
+    every = -(-sum(map(len, taught)) // LEARNED)
+    cut = [windows.cut(one._source, one.name, settings, names, one._span, every) for one in taught]
+    y = np.concatenate([one.y for one in cut])
+    if len(known := np.unique(y)) < 2:
+        raise UserError("a fold has windows of fewer than two classes; give more recordings")
+    own = copy.deepcopy(estimator)
+    try:
+        own.fit(np.concatenate([one.X for one in cut]), y)
+    except Exception as error:
+        said = f"{type(error).__name__} at {len(y)} windows: {error}"
+        raise UserError(f"{type(estimator).__name__}.fit raised {said}") from error
+    return known, own.predict_proba
+
+
+def _folds(given: Sequence[Recording], by: str, folds: int) -> list[NDArray[np.bool_]]:
+    """Return which recordings each fold holds out, (recordings,); Error if that would leak."""
+    copies = FrameIndex()
+    for one in given:
+        copies.add(one._source)
+    user = [f"{one._source.origin.seed} {one.user}" for one in given]
+    session = [f"{who} {one.session}" for who, one in zip(user, given, strict=True)]
+    groups = {
+        "user": load.join(user, copies.shared()),
+        "session": load.join(session, copies.shared()),
+    }
+    chosen = by or ("user" if len(np.unique(groups["user"])) > 1 else "session")
+    many = len(np.unique(groups[chosen]))
+    if many < 2:
+        raise UserError(
+            f"all recordings are of one {chosen}, so none can be held out without a leak; give "
+            f"recordings of two or more, with their {chosen} named"
+        )
+    rule = HoldOut("session" if chosen == "session" else "user", folds=min(folds, many))
+    return [rule.held(groups["user"], groups["session"], fold) for fold in range(rule.folds)]
