@@ -4,6 +4,7 @@ import ast
 import importlib.util
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -86,6 +87,59 @@ def test_the_circle_is_where_the_finger_is_and_as_wide_as_it_is_deep(
     red = pygame.surfarray.array_red(screen).nonzero()  # (x, y), y from the top
     assert [round(np.mean(axis)) for axis in red] == [200, 280]
     assert [np.ptp(axis) for axis in red] == pytest.approx([80, 80], abs=2)
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a minute at 10 Hz for each minute at 40 Hz."""
+    simulate, load = orbtouch.simulate, orbtouch.load_network
+
+    def less(*, minutes: float, user: int, rate_hz: float = 10.0) -> orbtouch.Recording:
+        return simulate(minutes=minutes / 2, user=user, rate_hz=rate_hz)
+
+    monkeypatch.setattr(orbtouch, "simulate", less, raising=False)
+    monkeypatch.setattr(
+        orbtouch, "load_network", lambda: load("models/orbtouch-10hz.orb"), raising=False
+    )
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize(
+    ("name", "needs"), [("forest", "sklearn"), ("gru", "torch"), ("template", "numpy")]
+)
+def test_an_own_predictor_is_judged_beside_the_network_that_ships(name: str, needs: str) -> None:
+    pytest.importorskip(needs)
+    made = example(name)
+    assert made.mine.sessions == made.shipped.sessions == 3
+    assert made.mine.events == made.shipped.events > 10
+    assert float(made.shipped.recall) > float(made.mine.recall) > 0.1
+
+
+@pytest.mark.train
+@pytest.mark.usefixtures("short")
+def test_own_tables_become_a_network_that_is_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("torch")
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    made = example("own_csv").made
+    assert (tmp_path / "own.orb").is_file()
+    assert made.network.classes[0] == "null"
+    assert len(made.curve["gesture"]) == 4
+    assert 0.2 < float(made.scores["gesture"]) <= 1.0
+
+
+@pytest.mark.parametrize("name", ["forest", "gru", "template", "own_csv"])
+def test_an_example_of_own_work_is_short_and_public(name: str) -> None:
+    """25 lines of 100 columns, blank ones not counted, and of our packages only the interface."""
+    text = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line.strip()]
+    assert len(lines) <= 25
+    assert max(map(len, lines)) <= 100
+    assert not re.search(
+        r"(import|from) (controller|host|models|tetris)|orbtouch\.\w+ import", text
+    )
 
 
 def test_the_nearest_neighbour_learns_two_names() -> None:
