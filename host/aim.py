@@ -1,13 +1,12 @@
 """Aim: a finger's place on the dome is the column of the piece, pressing deeper drops it.
 
 Contacts and the game come in, actions of the game go out; there is no clock. A touch steers from
-its first frame. Once its depth has settled, the column under it is kept, and slides from there are
-fine: half a column for a column's width of the dome. Depth that rises by `DROP_MM` above the
-settled one drops the piece; the column is then the one from before the rise.
+its first frame. Once it has settled, the column under it is kept, and slides from there are fine:
+half a column for a column's width of the dome. Depth that rises quickly by `DROP_MM` drops the
+piece; the column is then the one from before the rise.
 """
 
 import math
-import statistics
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,19 +14,16 @@ from typing import Final
 
 from tetris.engine.game import Action, Game
 
-SETTLE_S: Final = 0.15  # of equal depth, after which a touch has settled
-SETTLED_MM: Final = 1.0  # its two halves differ by less
-BEGIN_MM: Final = 1.2  # above the settled depth: the column is frozen
-DROP_MM: Final = 2.4  # above it: the piece drops; simulated hands differ by 1 mm within a touch
+SETTLE_S: Final = 0.15  # after which a touch may have settled
+SETTLED_MM: Final = 1.0  # its two halves differ by less, or it rises by less
+BEGIN_MM: Final = 0.9  # of a rise or a fall: the column is frozen
+DROP_MM: Final = 1.4  # of a rise: the piece drops
+SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
-FOLLOW: Final = 0.05  # the settled depth's share of a rise, each frame: a finger tires
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
-RISEN_MM: Final = 2.0  # above it: the piece drops even if the estimate falls at once
-SIGMAS: Final = 3.0  # a rise of so many deviations of the settled depth is no noise
-DROP_NOISE: Final = 1.3  # and above so much of the greatest rise that is noise
-LEAST_JITTER_MM: Final = 0.3  # of that deviation
+FALLEN, AGAIN = 0.3, 1.6  # shares of its depth, and of the least since: the finger came back
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
-MEAN_FRAMES: Final = 3  # that depth is averaged over
+MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
 FINE: Final = ((3.0, 1.5), (6.0, 6.0))  # finger's way, piece's way, in columns; equal beyond
@@ -36,17 +32,20 @@ LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
 GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows
 LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
 _HALF: Final = 0.5
+_TINY_S: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """Contact in one frame: place in grid units and its deviation, depth in mm."""
+    """Contact in one frame: place in grid units; depth, and what it rises by, in mm; deviations."""
 
     x: float
     y: float
     depth_mm: float
+    rise_mm: float = 0.0
     fingers: int = 1
     place_sigma: float = 0.0
+    rise_sigma: float = 0.0
 
 
 class Aim:
@@ -67,12 +66,13 @@ class Aim:
         self._landed = self.touching = self._upper = False
         self._steers = True  # before its depth has settled, too
         self._several = 0  # frames with several fingers, less those with one
-        self._rest()
+        self._rest(-math.inf)
 
-    def _rest(self) -> None:
+    def _rest(self, now_s: float) -> None:
         """Forget depth and place, as of a new touch."""
-        self._settled_mm: float | None = None
-        self._deepest_mm, self._jitter_mm, self._risen_s = 0.0, LEAST_JITTER_MM, -math.inf
+        self._since_s, self._settled = now_s, False
+        self._landing_mm = 0.0  # what the landing leaves of the rise
+        self._deepest_mm = self._least_mm = 0.0  # and the least since the deepest
         self._anchor: tuple[float, float] | None = None  # x, and the piece's middle there
         self._goal: tuple[int, int] | None = None  # width and left column of the piece
         self._recent: deque[tuple[float, Touch]] = deque()
@@ -87,34 +87,54 @@ class Aim:
     def touch(self, touch: Touch | None, now_s: float, game: Game) -> list[Action]:
         """Take the contact of a frame, None for none; return what it does in the game."""
         if touch is None:
-            holds = self._upper and self._landed
-            if self._landed:
-                self._lifted_s, self._landed = now_s, False
-            return [Action.HOLD] if holds else []
+            return self._lift(now_s)
+        lifted = self._lift(now_s) if self._back_again(touch) else []
         lightest_mm = ECHO_MM if now_s < self._lifted_s + GAP_S else LIGHTEST_MM
         if not self._landed and touch.depth_mm < lightest_mm:
-            return []
+            return lifted
         if not self._landed:
             self._end()
             self._landed = self.touching = True
-            self._from = _number(game), _span(game)[0]
+            self._since_s, self._from = now_s, (_number(game), _span(game)[0])
         self._several = max(0, self._several + (1 if touch.fingers > 1 else -1))
         if self._several >= SEVERAL_FRAMES and self.touching:
             self._spend()
-            return self._back(game)
+            return [*lifted, *self._back(game)]
         if touch.fingers > 1:
-            return []
+            return lifted
+        return [*lifted, *self._move(touch, now_s, game)]
+
+    def _move(self, touch: Touch, now_s: float, game: Game) -> list[Action]:
+        """Take a contact of one finger; return what it does in the game."""
         self._recent.append((now_s, touch))
         while self._recent[0][0] < now_s - SETTLE_S:
             self._recent.popleft()
-        if self._settled_mm is None and self.touching:
+        rise_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "rise_mm")
+        if not self._settled and self.touching:
             self._upper = self._steers and _mean(self._recent, "y") > self._rows - 1
-            if self._settles(now_s):
+            if now_s >= self._since_s + SETTLE_S - _TINY_S and self._still(rise_mm):
                 if self._upper:
                     self._spend()
                     return [Action.HOLD]
                 self._settle(game)
-        return self._steer(touch, now_s, game) if self.touching and not self._upper else []
+                self._landing_mm = rise_mm
+        self._landing_mm = max(0.0, min(self._landing_mm, rise_mm))
+        rise_mm -= self._landing_mm
+        return self._steer(touch, rise_mm, now_s, game) if self.touching and not self._upper else []
+
+    def _lift(self, now_s: float) -> list[Action]:
+        holds = self._upper and self._landed
+        if self._landed:
+            self._lifted_s, self._landed = now_s, False
+        return [Action.HOLD] if holds else []
+
+    def _back_again(self, touch: Touch) -> bool:
+        """Whether the finger has left and come back, too soon for the sensor to be at rest."""
+        if touch.depth_mm >= self._deepest_mm:
+            self._deepest_mm = self._least_mm = touch.depth_mm
+        self._least_mm = min(self._least_mm, touch.depth_mm)
+        fallen = self._least_mm < FALLEN * self._deepest_mm
+        return self._landed and fallen and touch.depth_mm > AGAIN * self._least_mm
 
     def command(self, action: Action, located: bool, now_s: float, game: Game) -> list[Action]:
         """Take a recognised gesture; return what it does, () of one that the place decides.
@@ -133,12 +153,9 @@ class Aim:
         """Let the touch do nothing more until it has lifted."""
         self.touching = self._upper = False
 
-    def _settles(self, now_s: float) -> bool:
-        """Whether depth has been the same for `SETTLE_S`."""
-        seen = self._recent
-        if len(seen) < 2 or now_s - seen[0][0] < SETTLE_S * (1 - 1 / len(seen)) - 1e-9:
-            return False
-        return self._change("depth_mm") < SETTLED_MM
+    def _still(self, rise_mm: float) -> bool:
+        """Whether the depth is neither rising nor another one than just before."""
+        return len(self._recent) > 1 and min(abs(rise_mm), self._change("depth_mm")) < SETTLED_MM
 
     def _rests(self, touch: Touch) -> bool:
         """Whether the finger slides no more."""
@@ -150,41 +167,32 @@ class Aim:
         return abs(_mean(seen[half:], name) - _mean(seen[:half], name))
 
     def _settle(self, game: Game) -> None:
-        self._settled_mm, self._steers = _mean(self._recent, "depth_mm"), True
-        jitter_mm = statistics.pstdev(touch.depth_mm for _, touch in self._recent)
-        self._jitter_mm = max(LEAST_JITTER_MM, jitter_mm)
+        self._settled = self._steers = True
         x, scale = _mean(self._recent, "x"), game.config.columns / self._across
         width, left = self._aim(x * scale, self._recent[-1][1], game)
         self._anchor = x, left + width / 2
 
-    def _steer(self, touch: Touch, now_s: float, game: Game) -> list[Action]:
-        depth_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "depth_mm")
-        self._deepest_mm = max(self._deepest_mm, depth_mm)
-        settled_mm = self._settled_mm or self._deepest_mm
-        rise, noise = depth_mm - settled_mm, SIGMAS * self._jitter_mm / math.sqrt(MEAN_FRAMES)
-        added_mm = touch.depth_mm - (self._settled_mm or math.inf)
-        if added_mm >= max(RISEN_MM, SIGMAS * self._jitter_mm):
-            self._risen_s = now_s
-        # The added part of a touch may be taken for another one beside it, of little depth.
-        fell = touch.depth_mm < settled_mm / 2 and now_s < self._risen_s + BEFORE_S
-        if fell or rise >= max(DROP_MM, DROP_NOISE * noise):
+    def _steer(self, touch: Touch, rise_mm: float, now_s: float, game: Game) -> list[Action]:
+        noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
+        if self._settled and rise_mm >= max(DROP_MM, noise_mm):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
-            self._rest()
+            self._rest(now_s)
             return [*steps, Action.HARD_DROP]
-        if rise >= max(BEGIN_MM, noise) or depth_mm < LEAVING * settled_mm:
+        leaving_mm = LEAVING * self._deepest_mm
+        if abs(rise_mm) >= max(BEGIN_MM, noise_mm) and (self._settled or rise_mm < 0.0):
             if self._past:
                 self._goal = self._past[0][2]
         elif self._steers:
             goal = self._aim(self._middle(touch, game), touch, game)
             self._past.append((now_s, touch.depth_mm, goal))
             while len(self._past) > 1 and (
-                self._past[0][0] < now_s - BEFORE_S or self._past[0][1] < LEAVING * settled_mm
+                self._past[0][0] < now_s - BEFORE_S or self._past[0][1] < leaving_mm
             ):
                 self._past.popleft()
-            if self._settled_mm is not None and self._anchor is not None:
-                self._settled_mm += FOLLOW * rise
-                if self._anchor[1] != (middle := goal[1] + goal[0] / 2) and self._rests(touch):
+            if self._anchor is not None:
+                middle = goal[1] + goal[0] / 2
+                if self._anchor[1] != middle and self._rests(touch):
                     self._anchor = _mean(self._recent, "x"), middle
         return self._go(game)
 

@@ -49,6 +49,8 @@ class Contact:
         fingers_probability: Probability of that number.
         angle_deg: Rotation since the fingers landed, counter-clockwise positive.
         angle_sigma: Degrees.
+        rise_mm: Depth above its mean in the .2 s before.
+        rise_sigma: mm.
     """
 
     t: float
@@ -60,6 +62,8 @@ class Contact:
     fingers_probability: float
     angle_deg: float
     angle_sigma: float
+    rise_mm: float
+    rise_sigma: float
 
 
 @dataclass(frozen=True, slots=True)

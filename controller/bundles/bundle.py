@@ -34,7 +34,7 @@ from controller.bundles.container import (
     check_arrays,
 )
 from controller.bundles.head import EVERYBODY, Head
-from controller.recognition.contact import OUTPUTS, PICTURES, SCALARS, ContactNetwork
+from controller.recognition.contact import OUTPUTS, PICTURES, SCALARS, VALUES, ContactNetwork
 from controller.recognition.contact_radius import ContactSettings, RadiusNetwork
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
@@ -328,7 +328,7 @@ def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
     units, wide = len(arrays.get("first_bias", ())), PICTURES * plain.rows * plain.columns + SCALARS
     shapes: dict[str, tuple[int, ...]] = {"first": (units, wide), "first_bias": (units,)}
     shapes |= {"second": (units, units), "second_bias": (units,), "out": (OUTPUTS, units)}
-    shapes |= {"out_bias": (OUTPUTS,), "scale": (2, 4)}
+    shapes |= {"out_bias": (OUTPUTS,), "scale": (2, VALUES)}
     golden = {"golden_inputs": (-1, wide), "golden_outputs": (-1, OUTPUTS)}
     check_arrays(what, arrays, {**shapes, **golden})
     given, expected = (arrays.pop(name) for name in golden)

@@ -17,17 +17,20 @@ from controller.recognition.images.frames import Image
 from controller.shared.aliases import Array, Change, Complex, State
 
 MOST_FINGERS: Final = 3  # a larger number is not told apart
-OUTPUTS: Final = 4 + 3 + 1 + MOST_FINGERS  # of the network
+VALUES: Final = 5  # x, y, depth, angle, rise
+SPREADS: Final = (0, 0, 1, 2, 3)  # which of the variances is that of each
+OUTPUTS: Final = VALUES + max(SPREADS) + 1 + 1 + MOST_FINGERS  # of the network
 PICTURES, SCALARS = 4, 15  # among its inputs
 TURNS: Final = 6  # the last of its inputs, which change their sign in a mirror
-_FAST_S, _SLOW_S = 0.05, 0.2  # of the two averages, time constants
+_FAST_S, SLOW_S = 0.05, 0.2  # of the two averages, time constants
 _BEGIN_S: Final = (0.05, 0.15)  # of a touch, against which its angle is measured
 _BEFORE_S: Final = 0.15  # of untouched images: what they show is no part of the touch
 _AGE_S: Final = 0.3  # a longer touch is no different
 _GRACE: Final = 2  # untouched images that do not end a touch
-_FALLEN, _RISEN = 0.5, 1.5  # shares of the peak, and of the least since: another touch begins
+_FALLEN, _RISEN = 0.4, 1.3  # shares of the peak, and of the least since: another touch begins
 _CLEAR, _DRIFT = 2.2, 0.006  # of a mean image: powers of its noise, and z of the baseline's error
-_GROWN: Final = 1.6  # share of the strength of its beginning
+_GROWN, _GROWS_S = 1.6, 0.2  # share of the strength of its beginning, and how long it grows
+_FAINT: Final = 0.02  # strength of a beginning that was none
 _LEAST: Final = 0.002  # added to the strength: an image without a touch has none
 _HARMONICS: Final = (1, 2, 3)  # of what lies around the middle of a touch, by which it turns
 _REACH: Final = (0.5, 1.5)  # exponents of the distance, with which they are weighed
@@ -52,6 +55,9 @@ class ContactEstimate:
         angle_deg: How far the contacts have turned since they landed, degrees, counter-clockwise
             positive; 0 for one contact.
         angle_sigma: Degrees.
+        rise_mm: Depth above its mean in the `SLOW_S` before, mm: what the touch deepens by is seen
+            better than how deep it is.
+        rise_sigma: mm.
     """
 
     x: float
@@ -63,14 +69,16 @@ class ContactEstimate:
     fingers_sure: float
     angle_deg: float
     angle_sigma: float
+    rise_mm: float
+    rise_sigma: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactNetwork:
     """Two hidden layers with relu, from `ContactTracker.inputs` to quantities and their variances.
 
-    The outputs are x, y, depth, angle; the ln variances of place, depth and angle; and the logits
-    of no finger, one, two, more.
+    The outputs are `VALUES` quantities, the ln variances of place, depth, angle and rise, and
+    the logits of no finger, one, two, more.
     """
 
     first: Matrix  # (units, inputs)
@@ -79,7 +87,7 @@ class ContactNetwork:
     second_bias: Matrix  # (units,)
     out: Matrix  # (OUTPUTS, units)
     out_bias: Matrix  # (OUTPUTS,)
-    scale: Matrix  # mean and deviation of the quantities in training, (2, 4)
+    scale: Matrix  # mean and deviation of the quantities in training, (2, VALUES)
 
     def outputs(self, inputs: Matrix) -> Matrix:
         """Return the outputs, (n, OUTPUTS), of inputs (n, inputs)."""
@@ -91,10 +99,11 @@ class ContactNetwork:
         """Return the estimate for the inputs of one frame, (inputs,); None: probably no contact."""
         out = self.outputs(inputs[None])[0].astype(np.float64)
         mean, deviation = self.scale.astype(np.float64)
-        x, y, depth_mm, angle_deg = (mean + deviation * out[:4]).tolist()
-        spread = np.maximum(np.exp(0.5 * np.minimum(out[4:7], 4.0)), _LEAST_SIGMA)
-        place, depth, angle = (spread * deviation[[0, 2, 3]]).tolist()
-        share = np.exp(out[7:] - out[7:].max())
+        split = VALUES, OUTPUTS - 1 - MOST_FINGERS
+        x, y, depth_mm, angle_deg, rise_mm = (mean + deviation * out[: split[0]]).tolist()
+        spread = np.maximum(np.exp(0.5 * np.minimum(out[slice(*split)], 4.0)), _LEAST_SIGMA)
+        place, _, depth, angle, rise = (spread[list(SPREADS)] * deviation).tolist()
+        share = np.exp(out[split[1] :] - out[split[1] :].max())
         share /= share.sum()
         if share[0] > 0.5:
             return None
@@ -104,6 +113,7 @@ class ContactNetwork:
             *(max(0.0, depth_mm), depth),
             *(fingers, float(share[fingers])),
             *(0.0 if fingers == 1 else angle_deg, angle),
+            *(rise_mm, rise),
         )
 
     def arrays(self) -> dict[str, Matrix]:
@@ -149,19 +159,29 @@ class ContactTracker:
                 self._before.append(signal)
                 return None
             if len(self._before) > 1:
-                self._left = np.mean(self._before, axis=0)
+                self._left = self._remains(np.mean(self._before, axis=0), idle)
         signal = signal - self._left
         if self._lands(signal):
             self._age = 0
         self._age += 1
-        for average, over_s in ((self._fast, _FAST_S), (self._slow, _SLOW_S)):
-            average += (signal - average) * max(1.0 / self._age, 1.0 / (over_s * self._rate_hz + 1))
+        for average, over_s in ((self._fast, _FAST_S), (self._slow, SLOW_S)):
+            average += (signal - average) * self.newest(over_s)
         begin, end = self._begin
         if self._age <= max(1, begin):
             self._first = signal
         elif self._age <= max(begin + 1, end):
             self._first = self._first + (signal - self._first) / (self._age - begin)
         return self._features(signal, idle)
+
+    def newest(self, over_s: float) -> float:
+        """Return the newest image's share of an average over the touch, with a time constant."""
+        return max(1.0 / self._age, 1.0 / (over_s * self._rate_hz + 1))
+
+    def _remains(self, mean: Change, idle: float) -> Change:
+        """Return what a mean of untouched signals, (rows, columns), shows beyond their noise."""
+        power = float(np.square(mean).sum())
+        noise = mean.size * 0.5 * math.pi * idle**2 / len(self._before)
+        return mean * max(0.0, 1.0 - noise / (power + _TINY))
 
     def _silent(self, signal: Change, idle: float) -> bool:
         """Whether the average of signals, (rows, columns), is no more than noise and drift.
@@ -176,17 +196,21 @@ class ContactTracker:
     def _lands(self, signal: Change) -> bool:
         """Whether a touch begins, or begins again, with a signal, (rows, columns).
 
-        It does while it grows to more than `_GROWN` of how it began, and where it rises after it
-        had fallen: soon after a touch the sensor is not at rest when the next one lands.
+        It does while it grows to more than `_GROWN` of how it began, soon or from nearly nothing,
+        and where it rises after it had fallen: soon after a touch the sensor is not at rest when
+        the next one lands. A touch that deepens later is the same.
         """
         strength = math.sqrt(float(np.square(0.5 * (self._fast + signal)).mean()))
         if self._age == 0:
             self._peak = self._least = strength
             return True
         begin = math.sqrt(float(np.square(self._first).mean()))
-        self._peak, self._least = max(self._peak, strength), min(self._least, strength)
+        if strength > self._peak:
+            self._peak = self._least = strength
+        self._least = min(self._least, strength)
         risen = self._least < _FALLEN * self._peak and strength > _RISEN * self._least
-        if not risen and strength <= _GROWN * (begin + _LEAST):
+        grows = self._age <= _GROWS_S * self._rate_hz or begin < _FAINT
+        if not risen and not (grows and strength > _GROWN * (begin + _LEAST)):
             return False
         self._peak = self._least = strength
         return True

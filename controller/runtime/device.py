@@ -334,7 +334,8 @@ class Device:
         """Send what touches in a frame, or once that nothing does any more."""
         if (c := contact) is not None:
             shape = c.depth_mm, c.depth_sigma, c.fingers, c.fingers_sure, c.angle_deg, c.angle_sigma
-            self.link.send(ContactState(frame, c.x, c.y, c.place_sigma, *shape), t_ms)
+            rise = c.rise_mm, c.rise_sigma
+            self.link.send(ContactState(frame, c.x, c.y, c.place_sigma, *shape, *rise), t_ms)
             self._touched = frame
         elif self._touched is not None:
             self.link.send(ContactState(self._touched), t_ms)

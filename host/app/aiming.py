@@ -105,4 +105,5 @@ def _touch(contact: ContactState) -> Touch | None:
     if not contact.fingers:
         return None
     fingers = contact.fingers if contact.fingers_sure >= SURE else 1
-    return Touch(contact.x, contact.y, contact.depth_mm, fingers, contact.place_sigma)
+    place, rise = (contact.x, contact.y), (contact.rise_mm, contact.rise_sigma)
+    return Touch(*place, contact.depth_mm, rise[0], fingers, contact.place_sigma, rise[1])

@@ -169,6 +169,7 @@ class OrbApp(Orb):
         self.game.hold(lowering, repeats)
         events, self._events = self._events, []
         self.closed = not self.game.advance(now_s, events)
+        self.touch.light = self.aiming.plays(self.stage.screen)
         self.orb.advance(now_s)
 
     def _take(self, item: Received, now_s: float) -> None:

@@ -32,6 +32,7 @@ CONTACT: Final = {  # fields of a contact in the order in which taps send them, 
     "fingers": "count",
     "fingers_sure": "probability",
     **dict.fromkeys(("angle_deg", "angle_sigma"), "degrees"),
+    **dict.fromkeys(("rise_mm", "rise_sigma"), "mm"),
 }
 
 log = logging.getLogger(__name__)

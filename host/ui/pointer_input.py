@@ -19,13 +19,14 @@ The fingers of a touch screen and of a phone pass through as they are, several a
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final
 
 from controller.shared.protocol.messages import Contact, Contacts
 
 PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm
+LIGHTER_MM: Final = 4.0  # so much less: from there, deeper shows best
 RIM_DEPTH_MM: Final = 13.0  # firm, as one press in twenty of those: the taxels feel it little
 RIM_LEAST_S: Final = 0.12  # a shorter click there is as long
 RIM_SHARES: Final = (0.53, 0.79)  # of the dome's radius, between which a press gets firmer
@@ -127,13 +128,15 @@ class PointerInput:
 
     Positions are in grid units, times in seconds of any clock that never turns back.
     `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.
-    `phone` holds the fingers on a phone's page.
+    `phone` holds the fingers on a phone's page. `light`: a single finger leaves room to be pressed
+    deeper.
     """
 
     pad: DomeArea = field(default_factory=DomeArea)
     two_fingers: bool = False
     mode: Mode | None = None
     phone: tuple[Contact, ...] = ()
+    light: bool = False
     _pointer: tuple[float, float] = (0.0, 0.0)
     _began: tuple[float, float] = (0.0, 0.0)
     _since_s: float = 0.0
@@ -224,7 +227,10 @@ class PointerInput:
             mouse = self._pinch(now_s - self._since_s)
         elif self.mode is Mode.TWIST:
             mouse = self._twist()
-        return (*mouse, *self._screen.values(), *self.phone)[:MAX_CONTACTS]
+        found = (*mouse, *self._screen.values(), *self.phone)[:MAX_CONTACTS]
+        if self.light and len(found) == 1:
+            return (replace(found[0], depth_mm=found[0].depth_mm - LIGHTER_MM),)
+        return found
 
     def update(self, now_s: float) -> Contacts | None:
         """Return what is to be sent now, if anything: changes at 60 Hz, repeats at 10 Hz."""

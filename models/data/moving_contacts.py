@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.contact import MOST_FINGERS, ContactTracker
+from controller.recognition.contact import MOST_FINGERS, SLOW_S, VALUES, ContactTracker
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.aliases import Array, Complex
@@ -24,12 +24,17 @@ from models.data.contacts import varied_orb
 _MOVING: Final = 81  # tag of the seeds
 _SESSION_S, _LEAD_S = 75.0, 3.0  # and the untouched time before it, for the rest image
 _LASTS_S: Final = (0.12, 1.6)  # of touches
-_EACH, _EMPTY = 2, 6  # frames of which one is kept: neighbours are nearly the same
+_EACH, _EMPTY = 2, 3  # frames of which one is kept: neighbours are nearly the same
 _LAND_S, _LIFT_S = (0.03, 0.2), (0.05, 0.18)
 _PAUSE_S, _QUICK_S, _QUICK = (0.3, 0.8), (0.03, 0.15), 0.3  # and the share of the latter
 _LEG_S, _STILL = (0.15, 0.7), 0.4  # of a movement, and the share of pauses
-_DEPTH_MM, _DEEPER = (0.8, 16.0), 0.15  # of the deepest, and of each finger beside the others
-_FINGER_MM, _THUMB_MM, _THUMB = (4.5, 9.0), (9.0, 12.0), 0.15  # radii, and the share of the latter
+_DEPTH_MM, _DEEPEST_MM = (0.8, 15.0), 19.0  # of the deepest as it lands, and later
+_DEEPER: Final = 0.15  # deviation of each finger beside the others
+_PRESSED: Final = 0.5  # share of touches that are quickly pressed deeper, for a while
+_IN_PLACE: Final = 0.6  # share of those that do not move
+_PRESS_MM, _PRESS_S, _PRESSED_S = (1.5, 9.0), (0.05, 0.15), (0.05, 0.4)
+_FINGER_MM, _THUMB_MM, _PALM_MM = (4.5, 9.0), (9.0, 12.0), (12.0, 26.0)  # radii
+_THUMB, _PALM = 0.15, 0.1  # shares of the latter; a palm is alone
 _FINGERS: Final = (0.53, 0.25, 0.09, 0.08, 0.05)  # shares of one to five
 _APART_MM: Final = (6.0, 22.0)  # of several, from their middle
 _GRIPPED, _GRIP_MM = 0.6, (13.0, 22.0)  # share of three and more that grip, and then that
@@ -50,7 +55,7 @@ class MovingContacts:
     """Inputs of frames that are touched, and what touches."""
 
     inputs: NDArray[np.float16]  # of the network, (n, inputs)
-    truth: NDArray[np.float32]  # x, y (grid units), depth (mm), angle (degrees), (n, 4)
+    truth: NDArray[np.float32]  # x, y, depth (mm), angle (degrees), rise (mm), (n, VALUES)
     fingers: NDArray[np.int64]  # number of contacts, at most `MOST_FINGERS`, (n,)
 
 
@@ -94,13 +99,23 @@ def session(
         count = 1 + int(rng.choice(slots, p=_FINGERS))
         own = _touch(time_s, count, model, rng)
         point[part, :count], depth[part, :count], turned[part] = own
-        radius[part] = rng.uniform(*(_THUMB_MM if rng.random() < _THUMB else _FINGER_MM))
+        radius[part] = _radius(count, rng)
         at_s += lasts_s + rng.uniform(*(_QUICK_S if rng.random() < _QUICK else _PAUSE_S))
     dead = rng.random((model.rows, model.columns)) < _DEAD * rng.random()
     orb.electronics.switch(Fault("dead", *place) for place in np.argwhere(dead).tolist())
     frames = orb.advance(point, depth, radius)
     each = slice(orb.steps_per_frame - 1, None, orb.steps_per_frame)
     return _watched(frames, point[each], depth[each], turned[each], model, settings)
+
+
+def _radius(count: int, rng: np.random.Generator) -> float:
+    """Return the radius of so many contacts, mm."""
+    kind = rng.random()
+    if kind < _THUMB:
+        return float(rng.uniform(*_THUMB_MM))
+    if count == 1 and kind < _THUMB + _PALM:
+        return float(rng.uniform(*_PALM_MM))
+    return float(rng.uniform(*_FINGER_MM))
 
 
 def _watched(
@@ -115,7 +130,7 @@ def _watched(
     stage = Preprocessor(settings, model.rows, model.columns)
     tracker = ContactTracker(model.rows, model.columns, settings.rate_hz)
     felt = depth > _FELT_MM
-    inputs, truth, fingers, first = [], [], [], 0.0
+    inputs, truth, fingers, first, usual = [], [], [], 0.0, 0.0
     for at, frame in enumerate(frames):
         seen = stage.step(frame)
         given = None
@@ -125,6 +140,8 @@ def _watched(
             continue
         if (mean := tracker.beginning(turned[: at + 1])) is not None:
             first = mean
+        deepest = depth[at].max()
+        usual += (deepest - usual) * tracker.newest(SLOW_S)
         there = felt[at]
         if at % (_EACH if there.any() else _EMPTY):
             continue
@@ -133,11 +150,11 @@ def _watched(
         angle = turned[at] - first if there.sum() > 1 else 0.0
         x, y = middle.real + (model.columns - 1) / 2, middle.imag + (model.rows - 1) / 2
         inputs.append(given)
-        truth.append((x, y, depth[at].max(), angle))
+        truth.append((x, y, deepest, angle, deepest - usual))
         fingers.append(min(int(there.sum()), MOST_FINGERS))
     return (
         np.array(inputs, dtype=np.float16),
-        np.array(truth, dtype=np.float32),
+        np.array(truth, dtype=np.float32).reshape(-1, VALUES),
         np.array(fingers, dtype=np.int64),
     )
 
@@ -150,7 +167,13 @@ def _touch(
     away_mm = _AWAY * model.pitch_mm * (1.0 if count == 1 else 0.4)
     middle = _wander(time_s, rng.uniform(-away_mm, away_mm, 2), _STEP_MM, rng)
     deep = _wander(time_s, rng.uniform(*_DEPTH_MM, 1), _DEEPEN_MM, rng)[:, 0]
-    deep = np.clip(deep, *_DEPTH_MM)
+    if rng.random() < _PRESSED:
+        rise_s, begin_s = rng.uniform(*_PRESS_S), rng.uniform(0.2, 1.0) * time_s[-1]
+        back_s = begin_s + rise_s + rng.uniform(*_PRESSED_S)
+        pressed = min_jerk((time_s - begin_s) / rise_s) - min_jerk((time_s - back_s) / rise_s)
+        deep = deep + rng.uniform(*_PRESS_MM) * pressed
+        middle = middle[:1] if rng.random() < _IN_PLACE else middle
+    deep = np.clip(deep, _DEPTH_MM[0], _DEEPEST_MM)
     gripped = count > 2 and rng.random() < _GRIPPED
     if gripped:
         middle = 0.3 * middle
@@ -162,7 +185,7 @@ def _touch(
     fan = rng.uniform(*_FAN_DEG) * (np.arange(count - 1) - (count - 2) / 2)
     around = rng.uniform(0.0, 360.0) + np.concatenate([[0.0], 180.0 + fan])
     around = around + rng.normal(0.0, 5.0, count)
-    place = (middle[:, 0] + 1j * middle[:, 1])[:, None]
+    place = np.broadcast_to(middle[:, 0] + 1j * middle[:, 1], len(time_s))[:, None]
     if count > 1:
         place = place + apart[:, None] * np.exp(1j * np.radians(around + turned[:, None]))
     place = place * np.minimum(1.0, rim_mm / np.maximum(np.abs(place), 1e-9))

@@ -11,7 +11,15 @@ import torch
 from torch import Tensor, nn
 
 from controller.bundles import bundle, container
-from controller.recognition.contact import OUTPUTS, PICTURES, TURNS, ContactNetwork, Matrix
+from controller.recognition.contact import (
+    MOST_FINGERS,
+    OUTPUTS,
+    PICTURES,
+    TURNS,
+    VALUES,
+    ContactNetwork,
+    Matrix,
+)
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings.recording import software
 from controller.shared import files, npz
@@ -24,7 +32,7 @@ from models.training import checkpoint
 from models.training.contact_task import simulated, write
 from models.training.request import Request
 
-PARTS: Final = 13  # simulated one by one, the last is held out
+PARTS: Final = 20  # simulated one by one, the last is held out
 ORBS: Final = 90  # of each part
 EPOCHS: Final = 30
 UNITS: Final = 160  # of both hidden layers
@@ -32,11 +40,12 @@ BATCH: Final = 1024
 RATE: Final = 3e-3  # the highest learning rate
 DECAY: Final = 1e-3
 GOLDEN: Final = 16  # vectors in the bundle
-# Least deviations of place, depth (shares of those in training) and angle (degrees) that the
-# likelihood knows: else it is all of contacts that do not move.
-LEAST: Final = (0.02, 0.04)
+# Least deviations of place, depth, rise (shares of those in training) and angle (degrees)
+# that the likelihood knows: else it is all of contacts that do not move.
+LEAST: Final = (0.02, 0.04, 0.0, 0.1)
 LEAST_DEG: Final = 4.0
 TURNED_DEG, TURNED = 8.0, 3.0  # an angle from here on weighs so much: most contacts do not turn
+AXES: Final = torch.tensor([2.0, 1.0, 1.0, 1.0])  # quantities of each variance
 FIRM_MM: Final = 2.0  # contacts that the errors in the card are of
 
 
@@ -72,10 +81,13 @@ def fit(
     fingers = torch.from_numpy(np.concatenate([one.fingers for one in parts]))
     there = truth[fingers > 0]
     middle = torch.tensor([(grid[1] - 1) / 2, (grid[0] - 1) / 2])
-    mean = torch.cat([middle, there[:, 2:3].mean(dim=0), torch.zeros(1)])
+    mean = torch.cat([middle, there[:, 2:].mean(dim=0)])
+    mean[3:5] = 0.0
     deviation = there.std(dim=0)
     deviation[:2] = deviation[:2].mean()
-    least = torch.tensor([*LEAST, LEAST_DEG / float(deviation[3])]) ** 2
+    least = torch.tensor(LEAST)
+    least[2] = LEAST_DEG / float(deviation[3])
+    least = torch.square(least)
     net = nn.Sequential(
         *(nn.Linear(inputs.shape[1], UNITS), nn.ReLU()),
         *(nn.Linear(UNITS, UNITS), nn.ReLU()),
@@ -107,7 +119,7 @@ def _short(weights: Tensor) -> Matrix:
 
 
 def _turned(inputs: Tensor, truth: Tensor, grid: tuple[int, int]) -> tuple[Tensor, Tensor]:
-    """Return inputs (n, inputs) and truth (n, 4) of a mirrored or turned sensor, drawn at random.
+    """Return inputs (n, inputs), truth (n, VALUES) of a mirrored or turned sensor, drawn at random.
 
     Fewer touches teach as much: the physics is the same in a mirror.
     """
@@ -134,15 +146,16 @@ def _turned(inputs: Tensor, truth: Tensor, grid: tuple[int, int]) -> tuple[Tenso
 
 def _surprise(out: Tensor, wanted: Tensor, fingers: Tensor, least: Tensor) -> Tensor:
     """Return the negative log-likelihood of what touches, in deviations, under outputs."""
-    variance = torch.exp(out[:, 4:7]) + least
-    off = torch.square(out[:, :4] - wanted)
-    off = torch.stack([off[:, :2].sum(dim=1), off[:, 2], off[:, 3]], dim=1)
-    axes = torch.tensor([2.0, 1.0, 1.0])
-    surprise = 0.5 * (off / variance + axes * torch.log(variance))
+    variance = torch.exp(out[:, VALUES : -1 - MOST_FINGERS]) + least
+    off = torch.square(out[:, :VALUES] - wanted)
+    off = torch.cat([off[:, :2].sum(dim=1, keepdim=True), off[:, 2:]], dim=1)
+    surprise = 0.5 * (off / variance + AXES * torch.log(variance))
     moved = wanted[:, 3].abs() > TURNED_DEG / LEAST_DEG * least[2].sqrt()
-    several = (fingers > 1) * torch.where(moved, TURNED, 1.0)
-    weights = torch.stack([fingers > 0, fingers > 0, several], dim=1)
-    return (surprise * weights).sum(dim=1).mean() + nn.functional.cross_entropy(out[:, 7:], fingers)
+    there = (fingers > 0).float()
+    weights = there[:, None].repeat(1, len(LEAST))
+    weights[:, 2] = (fingers > 1) * torch.where(moved, TURNED, 1.0)
+    number = nn.functional.cross_entropy(out[:, -1 - MOST_FINGERS :], fingers)
+    return (surprise * weights).sum(dim=1).mean() + number
 
 
 def _write_part(
@@ -158,7 +171,7 @@ def _judged(
 ) -> StateResult:
     """Return the median errors of contacts that were held out."""
     out = network.outputs(held.inputs.astype(np.float32))
-    error = np.abs(network.scale[0] + network.scale[1] * out[:, :4] - held.truth)
+    error = np.abs(network.scale[0] + network.scale[1] * out[:, :VALUES] - held.truth)
     firm = held.truth[:, 2] > FIRM_MM
     one, turned = firm & (held.fingers == 1), firm & (held.fingers > 1)
     return StateResult(
@@ -167,5 +180,5 @@ def _judged(
         pitch_mm * float(np.median(error[one, :2])),
         float(np.median(error[one, 2])),
         float(np.median(error[turned, 3])),
-        float((out[firm, 7:].argmax(axis=1) == held.fingers[firm]).mean()),
+        float((out[firm, -1 - MOST_FINGERS :].argmax(axis=1) == held.fingers[firm]).mean()),
     )

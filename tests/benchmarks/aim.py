@@ -19,6 +19,7 @@ from typing import Final, Protocol
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
+from controller.recognition.contact import SLOW_S
 from controller.recognition.pipeline import Pipeline
 from controller.shared.protocol.messages import Contact
 from controller.simulator.orb import PRESETS
@@ -45,12 +46,13 @@ BEYOND_MM: Final = 8.0  # the outer taxels, to which a finger slides
 RAMP_S: Final = 0.08  # of a landing and a lift
 SLIDE_S: Final = 0.15
 DEEPER_S, DEEPER_MM = 0.1, 6.0
+PATIENCE_S: Final = 0.2  # so much longer the finger waits for the drop
 CORRECTIONS: Final = 2
 LATE_S: Final = 0.5  # after a gesture of the orb's hand, until which it may be answered
 TRIES: Final = 3
 SHIPPED: Final = bundles.read(bundles.default_path())
 DOMAIN: Final = 9  # of the virtual orbs' seeds
-DEPTHS_MM: Final = (6.5, 12.0)  # of the simulated hands
+DEPTHS_MM: Final = (4.0, 8.0)  # of a hand that aims lightly, to press deeper
 GOALS: Final = {"nominal": (2.0, 45.0, 0.99), "paper-snr": (None, 25.0, 0.95)}
 TURNS: Final = ((), (Action.ROTATE_CW,), (Action.ROTATE_CCW,), (Action.ROTATE_CW,) * 2)
 
@@ -107,6 +109,7 @@ class Estimator:
     def __init__(self, errors: Errors, touch_s: float, source: random.Random) -> None:
         self._errors, self._touch_s, self._source = errors, touch_s, source
         self._bias: tuple[float, ...] = ()
+        self._usual_mm: float | None = None  # mean depth of late
         self._due: tuple[float, Action] | None = None
 
     def see(self, now_s: float, finger: Finger | None, moving: bool) -> Seen:
@@ -114,13 +117,17 @@ class Estimator:
         if self._due and now_s >= self._due[0]:
             given, self._due = (self._due[1], False), None
         if finger is None:
-            self._bias = ()
+            self._bias, self._usual_mm = (), None
             return None, given
         self._bias = self._bias or self._draw(self._errors.held_mm)
         place_mm = self._errors.moving_mm if moving else self._errors.held_mm
         x, y, depth = map(sum, zip(finger, self._bias, self._draw(place_mm), strict=True))
         place = x / PITCH_MM, y / PITCH_MM
-        return Touch(*place, max(0.1, depth), 1, place_mm / PITCH_MM), given
+        usual_mm = depth if self._usual_mm is None else self._usual_mm
+        self._usual_mm = usual_mm + (depth - usual_mm) * FRAME_S / (SLOW_S + FRAME_S)
+        rise_mm, sigma_mm = depth - self._usual_mm, self._errors.depth_mm
+        depths, sigma = (max(0.1, depth), rise_mm), place_mm / PITCH_MM
+        return Touch(*place, *depths, place_sigma=sigma, rise_sigma=sigma_mm), given
 
     def _draw(self, place_mm: float) -> tuple[float, ...]:
         deviations = (place_mm, place_mm, self._errors.depth_mm)
@@ -156,7 +163,8 @@ class Orb:
         touch, given, c = None, None, step.contact
         if c is not None:
             fingers = c.fingers if c.fingers_sure >= SURE else 1
-            touch = Touch(c.x, c.y, c.depth_mm, fingers, c.place_sigma)
+            depths = c.depth_mm, c.rise_mm
+            touch = Touch(c.x, c.y, *depths, fingers, c.place_sigma, c.rise_sigma)
         if step.command is not None and step.command.command in ACTIONS:
             self._until_s = 0.0
             located = len(SHIPPED.mapping.rules[step.command.gesture]) > 1
@@ -307,8 +315,10 @@ class Hand:
             self._move((there, there), y, (depth, depth), SEEN_S)
             x, corrected_s = there, corrected_s + SLIDE_S + SEEN_S
         self._move((x, x), y, (depth, depth + DEEPER_MM), DEEPER_S)
-        if self.game.pieces_placed == placed:
-            self._move((x, x), y, (depth + DEEPER_MM,) * 2, DEEPER_S)
+        for _ in range(round(PATIENCE_S / FRAME_S)):
+            if self.game.pieces_placed != placed:
+                break
+            self._move((x, x), y, (depth + DEEPER_MM,) * 2, FRAME_S)
         self._move((x, x), y, (depth + DEEPER_MM, 0.0), RAMP_S)
         self._wait(FRAME_S)
         self._wait(max(0.0, began_s + 2 * self._touch_s + corrected_s - self.now_s))

@@ -1,10 +1,12 @@
 """Aim: the touched column, the drop by a deeper press, and what takes a touch back."""
 
 import random
+from dataclasses import replace
 
 import pytest
 
 from host.aim import Aim, Touch
+from tests.support.rise import Rise
 from tetris.engine.game import Action, Config, Game
 
 FRAME_S = 1 / 40
@@ -18,6 +20,7 @@ class Play:
         self.game = Game(seed, Config(gravity=False, lock_resets=None, board=board))
         self.game.update(0.0)
         self.aim, self.now_s = Aim(), 0.0
+        self.rise = Rise()
         self.done: list[Action] = []
 
     def hold(
@@ -37,10 +40,13 @@ class Play:
             share = number / frames
             here = x + share * ((x if to_x is None else to_x) - x)
             depth = depth_mm + share * ((depth_mm if to_mm is None else to_mm) - depth_mm)
-            self.frame(Touch(here, y, depth, fingers))
+            self.frame(Touch(here, y, depth, fingers=fingers))
 
     def frame(self, touch: Touch | None) -> None:
         self.now_s += FRAME_S
+        rise_mm = self.rise.of(touch.depth_mm if touch else 0.0)
+        if touch is not None:
+            touch = replace(touch, rise_mm=rise_mm)
         self.take(self.aim.touch(touch, self.now_s, self.game))
 
     def lift(self, x: float, depth_mm: float = FIRM_MM) -> None:
@@ -119,7 +125,7 @@ def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
     before = len(play.done)
     for _ in range(400):
         x, depth = source.gauss(2.3, 0.06), source.gauss(FIRM_MM, 0.6)
-        play.frame(Touch(x, 2.0, depth, 1, 0.06))
+        play.frame(Touch(x, 2.0, depth, place_sigma=0.06))
     assert len(play.done) - before <= 1
     assert play.game.pieces_placed == 0
 
@@ -155,13 +161,24 @@ def test_one_frame_that_shows_two_fingers_ends_no_touch() -> None:
     assert play.game.pieces_placed == 1
 
 
-def test_a_rise_that_is_taken_for_a_light_touch_beside_drops_and_a_plain_lift_does_not() -> None:
-    for risen_mm, pieces in ((2.6, 1), (0.5, 0)):
-        play = Play()
-        play.hold(0.4, 1.0)
-        play.hold(0.075, 1.0, FIRM_MM + risen_mm)
-        play.hold(0.1, 1.8, 2.0)
-        assert play.game.pieces_placed == pieces
+@pytest.mark.parametrize("least_mm", [1.0, 4.0])
+def test_a_finger_that_leaves_for_a_moment_is_another_touch(least_mm: float) -> None:
+    """The sensor takes longer to be at rest than a finger to come back."""
+    play = Play()
+    play.hold(0.4, 0.5)
+    play.hold(0.05, 0.5, to_mm=least_mm)
+    play.hold(0.05, 3.5, least_mm, to_mm=FIRM_MM)
+    play.hold(0.2, 3.5)
+    assert play.columns == [7, 8, 9]
+
+
+def test_a_slide_and_a_lift_drop_nothing() -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    play.hold(0.15, 0.5, to_x=2.0, to_mm=FIRM_MM + 1.5)
+    play.hold(0.3, 2.0, FIRM_MM + 1.5)
+    play.lift(2.0)
+    assert play.game.pieces_placed == 0
 
 
 def test_a_gesture_whose_fingers_were_taken_for_one_is_taken_back_too() -> None:

@@ -73,7 +73,7 @@ def test_the_circle_is_where_the_finger_is_and_as_wide_as_it_is_deep(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     class TouchedOrb(ScriptedOrb):
-        contact = orbtouch.Contact(0.0, (2.0, 1.0), 0.1, 8.0, 0.4, 1, 0.9, 0.0, 0.0)
+        contact = orbtouch.Contact(0.0, (2.0, 1.0), 0.1, 8.0, 0.4, 1, 0.9, 0.0, 0.0, 0.0, 0.3)
 
         def touch(self, *fingers: tuple[float, float], depth_mm: float = 0.0) -> None:
             assert (fingers, depth_mm) == ((), 6.0)

@@ -73,7 +73,7 @@ class Told:
 
 
 LANDED = ContactState(7, 2.0, 1.5, 0.1, 6.0, 0.5, 1, 0.9)
-DEEPER = ContactState(8, 2.0, 1.5, 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
+DEEPER = ContactState(8, 2.0, 1.5, 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0, 1.5, 0.25)
 
 
 def test_press_command_and_release_are_told_in_order_with_their_times() -> None:
@@ -84,7 +84,7 @@ def test_press_command_and_release_are_told_in_order_with_their_times() -> None:
         Delivered(ContactState(8), 900),
     )
     press, command, release = orbtouch.Orb(told).events()
-    deepest = orbtouch.Contact(0.8, (2.0, 1.5), 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0)
+    deepest = orbtouch.Contact(0.8, (2.0, 1.5), 0.1, 9.0, 0.5, 2, 0.8, -30.0, 5.0, 1.5, 0.25)
     assert isinstance(press, orbtouch.Press)
     assert (press.t, press.contact.depth_mm) == (0.7, 6.0)
     assert command == orbtouch.Command(0.8, "drop", "pinch", 0.5, None)

@@ -309,6 +309,8 @@ class ContactState(Report):
     fingers_sure: codec.Share = 0.0  # probability of that number
     angle_deg: codec.F32 = 0.0  # since the landing, counter-clockwise positive
     angle_sigma: codec.Deviation = 0.0
+    rise_mm: codec.F32 = 0.0  # depth above its mean in the .2 s before
+    rise_sigma: codec.Deviation = 0.0
     sent_ms: codec.U32 = 0  # the device's link clock; set by its session
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from controller.bundles import bundle, container
 from controller.bundles.container import BundleError
-from controller.recognition.contact import ContactEstimate, ContactTracker
+from controller.recognition.contact import SLOW_S, ContactEstimate, ContactTracker
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Pipeline
 from controller.shared import npz
@@ -68,6 +68,18 @@ def test_two_fingers_are_no_single_one() -> None:
     assert one is not None
     assert one.fingers > 1  # two or three: rarely sure on taxels 10 mm apart
     assert one.fingers_sure > 0.5
+
+
+def test_a_touch_that_deepens_is_the_same_and_one_after_a_short_lift_is_another() -> None:
+    shape = np.exp(-np.square(np.indices((5, 5)) - 2.0).sum(axis=0) / 3.0)
+    tracker, begun = ContactTracker(5, 5, 40.0), []
+    courses = ([0.2] * 12, [0.3, 0.4, 0.5] + [0.5] * 5, [0.3, 0.1, 0.05], [0.2, 0.4] + [0.4] * 5)
+    for strength in np.concatenate(courses):
+        tracker.inputs((1.0 - strength * shape).astype(np.float32), 0.003, quiet=False)
+        begun.append(tracker.newest(SLOW_S) == 1.0)
+    assert begun[0]
+    assert not any(begun[1:23])  # deepening and lifting
+    assert any(begun[23:])
 
 
 def test_a_tracker_continues_exactly_where_its_state_was_taken() -> None:

@@ -74,14 +74,14 @@ class Measuring(Pipeline):
 
     def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
         step = super().step(frame, t_s, number)
-        contact = ContactEstimate(0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98, 0.0, 0.0)
+        contact = ContactEstimate(0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98, 0.0, 0.0, 0.2, 0.3)
         touched = step.ready and not step.quiet
         return dataclasses.replace(step, contact=contact if touched else None)
 
 
 def test_a_contact_is_sent_first_in_each_of_its_frames_and_once_when_it_has_ended() -> None:
     bench = Bench((3.0, FINGER), (3.3, Contacts(())), pipeline=Measuring).run(5.0)
-    contact = ContactState(30, 0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98)
+    contact = ContactState(30, 0.1, 2.9, 0.05, 8.1, 0.4, 1, 0.98, 0.0, 0.0, 0.2, 0.3)
     sent = [(m, t) for m, t in bench.world.sent if isinstance(m, ContactState)]
     assert sent == [
         (contact, 3000),

@@ -1,5 +1,6 @@
 """A game played by Aim in the application."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pygame
@@ -9,6 +10,7 @@ from controller.shared.protocol.messages import Command, ContactState
 from host.app.screens.learn import LearnScreen
 from host.connection.receiver import Delivered, Lost
 from tests.support.app_window import FELT, READY_S, Window, playing
+from tests.support.rise import Rise
 from tetris.engine.game import Phase
 from tetris.kit.settings import Settings, save
 from tetris.window.menu_screen import MenuScreen
@@ -24,7 +26,7 @@ class Finger:
     """A finger on the orb of a window, seen 40 times a second."""
 
     def __init__(self, window: Window) -> None:
-        self.window, self._ms = window, 0
+        self.window, self._ms, self._rise = window, 0, Rise()
 
     def hold(self, seconds: float, x: float, depth_mm: float, y: float = 2.0) -> None:
         for _ in range(round(seconds / FRAME_S)):
@@ -36,6 +38,7 @@ class Finger:
         items = []
         for contact in contacts:
             self._ms += 25
+            contact = replace(contact, rise_mm=self._rise.of(contact.depth_mm))
             items.append(Delivered(contact, self._ms))
         self.window.pass_s(0.0, *items)
 

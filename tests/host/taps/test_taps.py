@@ -147,7 +147,7 @@ def test_tap_hears_every_change_once_and_in_order() -> None:
     assert (worker.dropped, worker.failure, tap.closed) == (0, "", True)
 
 
-FINGER = ContactState(6, 2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0)
+FINGER = ContactState(6, 2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0, 1.5, 0.25)
 
 
 @pytest.mark.parametrize("silence", [Stale(), Lost("it was cut off"), Connected(WELCOME)], ids=str)
@@ -242,8 +242,8 @@ def test_osc_server_hears_contacts(osc: tuple[str, queue.SimpleQueue[tuple[Any, 
         worker.hear([Connected(WELCOME), delivered(FINGER, 600), delivered(ContactState(6), 700)])
         *_, touch, end = [heard.get(timeout=PATIENCE_S) for _ in range(6)]
     assert touch[:3] == ("/orbtouch/contact", 6, pytest.approx(0.6))
-    assert touch[3:] == (2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0)
-    assert end == ("/orbtouch/contact", 6, pytest.approx(0.7), *[0] * 9)
+    assert touch[3:] == (2.0, 1.5, 0.25, 6.0, 0.5, 1, 0.875, 0.0, 0.0, 1.5, 0.25)
+    assert end == ("/orbtouch/contact", 6, pytest.approx(0.7), *[0] * 11)
 
 
 def test_device_is_described_again_for_who_listens_later() -> None:
@@ -318,7 +318,7 @@ def test_inlets_of_pylsl_read_five_described_streams(lsl: Any) -> None:
         for stream in streams.values():
             stream.close_stream()
     assert sample == pytest.approx(IMAGE, abs=1e-6)
-    assert contacts == [[2.0, 1.5, 0.25, 6.0, 0.5, 1.0, 0.875, 0.0, 0.0], [0.0] * 9]
+    assert contacts == [[2.0, 1.5, 0.25, 6.0, 0.5, 1.0, 0.875, 0.0, 0.0, 1.5, 0.25], [0.0] * 11]
     assert shares == pytest.approx(SHARES, abs=1e-6)
     assert markers == [["press"], ["none"]]
     assert commands == [["left", "press"], ["drop", "pinch"]]

@@ -45,6 +45,18 @@ def test_a_finger_is_pressed_deeper_for_a_moment_and_not_lifted_in_it() -> None:
     assert touch.contacts(2.1)[0].depth_mm == usual
 
 
+def test_a_light_finger_leaves_room_to_be_pressed_deeper_and_two_are_as_firm_as_ever() -> None:
+    touch = PointerInput(light=True)
+    touch.press(2.0, 2.0, 1.0)
+    light = pointer_input.PRESS_DEPTH_MM - pointer_input.LIGHTER_MM
+    assert [finger.depth_mm for finger in touch.contacts(1.0)] == [light]
+    touch.deepen(1.1)
+    assert touch.contacts(1.3)[0].depth_mm == light + pointer_input.DEEPER_MM
+    touch.release()
+    touch.press(2.0, 2.0, 2.0, pinch=True)
+    assert {finger.depth_mm for finger in touch.contacts(2.0)} == {pointer_input.PINCH_DEPTH_MM}
+
+
 def test_what_comes_down_beside_the_dome_touches_nothing() -> None:
     touch = PointerInput()
     assert not touch.press(2.0, 6.0, now_s=0.0)

@@ -73,7 +73,7 @@ FIELDS: dict[type, list[st.SearchStrategy[Any]]] = {
     wire.Granted: [u32],
     wire.Health: [st.lists(text(120), max_size=8).map(tuple)],
     wire.PositionUncertainty: [u32, st.floats(0.0, 100.0, width=32)],
-    wire.ContactState: [u32, f32, f32, share, f32, share, u8, share, f32, share, u32],
+    wire.ContactState: [u32, f32, f32, share, f32, share, u8, share, *[f32, share] * 2, u32],
     wire.Contacts: [st.lists(contact, max_size=16).map(tuple)],
     wire.Perform: [u32, name, f32, f32],
     wire.Grant: [u32],
@@ -151,9 +151,9 @@ GOLDEN: list[tuple[wire.Message, str]] = [
     (wire.Health(("pump", "row 1")), "15  02 05 00 70756d70 06 00 726f772031"),
     (wire.PositionUncertainty(9, 0.5), "19  09000000 0000003f"),
     (
-        wire.ContactState(9, 2.0, 3.0, 0.5, 4.0, 0.25, 2, 1.0, -30.0, 8.0, 258),
+        wire.ContactState(9, 2.0, 3.0, 0.5, 4.0, 0.25, 2, 1.0, -30.0, 8.0, 1.5, 0.5, 258),
         "0c  09000000 00000040 00004040 0000003f 00008040 0000803e 02 0000803f"
-        "0000f0c1 00000041 02010000",
+        "0000f0c1 00000041 0000c03f 0000003f 02010000",
     ),
     (
         wire.Contacts((wire.Contact(1, 2.0, 3.0, 4.0, 5.0),)),
