@@ -78,5 +78,9 @@ def worded(code: str, template: str, arguments: Sequence[str]) -> str:
     if code == LIST:
         *most, last = arguments
         return f"{', '.join(most)} {template} {last}" if most else last
-    names = [name for name, _, _ in _FIELD.findall(TEMPLATES[code])]
-    return _FIELD.sub(r"{\1}", template).format(**dict(zip(names, arguments, strict=True)))
+    return _FIELD.sub(r"{\1}", template).format(**dict(zip(names(code), arguments, strict=True)))
+
+
+def names(code: str) -> list[str]:
+    """Return the names of the fields of a notice, in order; of a list none."""
+    return [name for name, _, _ in _FIELD.findall(TEMPLATES[code])]

@@ -1,6 +1,8 @@
 """Names of gestures and commands, and other words about the orb, in the language in use."""
 
-from controller.shared.notices import Notice, worded
+from itertools import zip_longest
+
+from controller.shared.notices import TEMPLATES, Notice, names, worded
 from host.ui.unanswered import Reason
 from tetris.kit.language import Words
 
@@ -30,10 +32,13 @@ def said(words: Words, sentence: str) -> str:
     """Return a sentence of the orb or the trainer in the language in use; free text as it is."""
     if not isinstance(sentence, Notice):
         return sentence
-    template = words(key := f"said.{sentence.code}")
-    name = gesture if sentence.code == "gesture" else said
-    arguments = [name(words, one) for one in sentence.arguments]
-    return sentence if template == key else worded(sentence.code, template, arguments)
+    code = sentence.code
+    template = words(key := f"said.{code}")
+    arguments = [
+        gesture(words, one.strip("'")) if name == "label" else said(words, one)
+        for name, one in zip_longest(names(code), sentence.arguments)
+    ]
+    return worded(code, TEMPLATES[code] if template == key else template, arguments)
 
 
 def _known(words: Words, key: str, name: str) -> str:

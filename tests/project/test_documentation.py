@@ -24,7 +24,7 @@ def pages() -> dict[str, str]:
 def test_troubleshooting_quotes_what_the_program_says() -> None:
     said = " ".join(
         _STRINGS.sub("", path.read_text(encoding="utf-8"))
-        for package in ("controller", "host", "models", "tetris", "orbtouch")
+        for package in ("assets", "controller", "host", "models", "tetris", "orbtouch")
         for suffix in ("py", "toml")
         for path in (ROOT / package).rglob(f"*.{suffix}")
     )

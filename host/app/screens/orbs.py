@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.shared.files import data_folder
+from controller.shared.notices import Notice
 from controller.shared.protocol.messages import Command, Contact, Report
 from controller.shared.protocol.teaching import (
     FAILED,
@@ -33,6 +34,7 @@ from tetris.kit.stage import Stage
 _HASH: Final = re.compile(r"[0-9a-f]{16}")  # name of an installed bundle
 _VERDICTS: Final = ("FAULT", "doubtful", "not checked", "good")  # worst first
 _AFTER_S: Final = 2.0  # the last press of the check does not steer the menu
+_PLACES: Final = ("taxel", "taxel_at")  # notices with row and column
 _GHOST_MM: Final = (8.0, 7.0)  # depth and radius of the finger that shows where to press
 
 
@@ -78,7 +80,7 @@ class OrbsScreen(OrbScreen):
             value = words(f"orbs.link_{state.link}")
         else:
             value = words("orbs.here") if entry.seen == NOW else entry.seen[:10]
-        hint = words("orbs.own_hint") if not entry.device_id else f"{entry.device_id}, {entry.port}"
+        hint = words("orbs.known_hint" if entry.device_id else "orbs.own_hint")
         return Item(name, partial(self.orbs.choose, entry), value, hint=hint)
 
     def _pair(self) -> None:
@@ -133,15 +135,30 @@ class PairScreen(OrbScreen):
 class PresentOrbScreen(OrbScreen):
     """The connected orb: its state, its health, its rest image, its skin, its gestures."""
 
+    _detailed = False
+
     def page(self) -> Menu:
-        """Return its state, and what can be done."""
+        """Return its state, and what can be done; the check comes first where it is needed."""
+        rest = self.item("orb.rest", partial(self.orb.send, Recalibrate()))
+        check = self.item("check.title", self.opening(CheckScreen))
         items = [
-            self.item("orb.rest", partial(self.orb.send, Recalibrate())),
-            self.item("check.title", self.opening(CheckScreen)),
+            *((check, rest) if self.orb.state.health else (rest, check)),
             self.item("install.title", self.opening(InstallScreen)),
+            self.item("orb.details", self._turn_details),
             self.back_item(),
         ]
-        return Menu(self.words("orb.title"), items, table=self._state())
+        table = self._details() if self._detailed else self._state()
+        return Menu(self.words("orb.title"), items, table=table)
+
+    def _turn_details(self) -> None:
+        self._detailed = not self._detailed
+
+    def _details(self) -> list[Row]:
+        """Return names, numbers and folders, as terminals print them."""
+        welcome, bundle = self.orb.state.welcome, self.orb.lessons.vocabulary
+        told = [welcome.device_id] if welcome else []
+        told += [one for one in (bundle.bundle, bundle.folder) if one] if bundle else []
+        return [row for line in (*told, *self.orb.state.health) for row in rows(line)]
 
     def _state(self) -> list[Row]:
         """Return how it is, in lines."""
@@ -184,11 +201,12 @@ class InstallScreen(OrbScreen):
         """Return the files, and how the upload goes."""
         words, (said, share) = self.words, self.installation()
         items = [
-            Item(path.stem, partial(self._install, path), hint=str(path)) for path in self._files
+            Item(path.stem, partial(self._install, path), hint=words("install.send_hint"))
+            for path in self._files
         ]
         table = rows(said) if share is None else [Row((said, f"{share:.0%}"))]
         if not self._files:
-            table = rows(words("install.none", folder=data_folder()))
+            table = rows(words("install.none"))
         items.append(self.back_item())
         return Menu(words("install.title"), items, table=table, notice=self._problem)
 
@@ -225,7 +243,7 @@ class CheckScreen(OrbScreen):
         words, step = self.words, self._step
         if step.step != "over":
             done = Row((words("check.done"), f"{step.progress:.0%}"))
-            task = rows(words(f"check.{step.step}", row=step.row, column=step.column), marked=True)
+            task = rows(words(f"check.{step.step}"), marked=True)
             return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]
         items += [self.item("check.again", self._again), self.back_item()]
@@ -257,11 +275,21 @@ class CheckScreen(OrbScreen):
                 self._step = replace(self._step, step="over")
                 self.rebuild()
 
+    def tick(self, time_s: float) -> None:
+        """Show where on the dome the chosen line's taxel is."""
+        super().tick(time_s)
+        if self._step.step == "over":
+            name = self._found[self.selected].name if self.selected < len(self._found) else ""
+            self.orb.ghost = ()
+            if isinstance(name, Notice) and name.code in _PLACES:
+                self.orb.ghost = self._at(*map(int, name.arguments))
+
     def _ghost(self) -> tuple[Contact, ...]:
-        if self._step.step != "press":
-            return ()
-        y = self.orb.state.shape[0] - 1.0 - self._step.row
-        return (Contact(1, float(self._step.column), y, *_GHOST_MM),)
+        return self._at(self._step.row, self._step.column) if self._step.step == "press" else ()
+
+    def _at(self, row: int, column: int) -> tuple[Contact, ...]:
+        y = self.orb.state.shape[0] - 1.0 - row
+        return (Contact(1, float(column), y, *_GHOST_MM),)
 
     def leave(self) -> None:
         """End the check."""

@@ -30,14 +30,13 @@ class PhoneScreen(OrbScreen):
         table = rows(words(f"phone.{said}"))
         if phone and phone.refused:
             table += rows(words("phone.refused"), marked=True)
-        self.centred = said != "scan"  # else the code is below
         return Menu(words("phone.title"), items, table=table, notice=self._problem)
 
     def _start(self, address: str) -> None:
         try:
             self.orb.phone, self._problem = open_phone(address), ""
-        except UserError as error:
-            self._problem = str(error)
+        except UserError:
+            self._problem = self.words("phone.cannot")
 
     def _stop(self) -> None:
         if self.orb.phone:

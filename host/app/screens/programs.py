@@ -4,11 +4,11 @@ from functools import partial
 from pathlib import Path
 
 from controller.shared.config import ConfigError
-from controller.shared.errors import reason
 from controller.shared.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows
+from host.app.screens.phone import PhoneScreen
 from host.ui import naming
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Stage
@@ -45,16 +45,19 @@ class ProgramsScreen(OrbScreen):
             self.item("programs.mapping", value=mapping.path.stem, step=self._turn),
             self.item("programs.profile", value=self.profile, step=self._turn_profile),
             self.item("programs.edit", self.opening(KeysScreen, self)),
+            *([self.item("phone.title", self.opening(PhoneScreen))] if self._by_mouse else []),
             self.back_item(),
         ]
         return Menu(words("programs.title"), items, table=self._state())
 
+    @property
+    def _by_mouse(self) -> bool:
+        return self.orb.virtual and not self.orb.phone
+
     def _state(self) -> list[Row]:
         words, control = self.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
-        mouse = self.orb.virtual and not self.orb.phone
-        names = {"orbs": words("orbs.title"), "phone": words("phone.title")}
-        touch = rows(words("programs.mouse", **names)) if mouse else []
+        touch = rows(words("programs.mouse")) if self._by_mouse else []
         return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said), *touch]
 
     def _start(self) -> None:
@@ -72,8 +75,8 @@ class ProgramsScreen(OrbScreen):
         self._control.stop()
         try:
             kept = programs.save(mapping, self._own)
-        except OSError as error:
-            return f"cannot write to {self._own}: {reason(error)}"
+        except OSError:
+            return self.words("programs.unsaved")
         profile = self.profile
         self._mappings = programs.mappings(self._own)
         self._chosen = [one.path for one in self._mappings].index(kept.path)

@@ -265,4 +265,4 @@ def test_without_users_the_entry_says_how_to_get_them() -> None:
     window.choose("Teach")
     entry = window.menu.items[window.number("Users")]
     assert entry.do is None
-    assert "models train --task user" in entry.hint
+    assert "knows no people" in entry.hint

@@ -270,7 +270,7 @@ def test_colours_and_words_are_those_of_the_look(surface: pygame.Surface) -> Non
 def test_health_is_said_in_the_language_in_use_as_far_as_it_is_known() -> None:
     french = language.load("fr")
     said = naming.said(french, notice("lead_off", notice("taxel", 0, 3)))
-    assert said.startswith("taxel ligne 0, colonne 3 : pas de signal")
+    assert said.startswith("un endroit de la peau : pas de signal")
     pressure = naming.said(french, notice("pressure_down", 6))
     assert pressure.startswith("pression en baisse de 6 %")
     assert naming.said(french, "a new kind of fault") == "a new kind of fault"
