@@ -19,6 +19,8 @@ from host.ui import naming, zones
 from host.ui.orb_state import OrbState
 from host.ui.pointer_input import FINGER_RADIUS_MM, PRESS_DEPTH_MM, DomeArea
 from tetris.kit.language import Words
+from tetris.kit.theme import DARK
+from tetris.window.tiles import colours
 
 MAX_FINGERS: Final = 10
 _FIRST: Final = 32  # number of a phone's first contact; those of mouse and screen are lower
@@ -26,6 +28,7 @@ _LIGHT_MM, _PER_PRESSURE_MM = 7.0, 4.0  # depth: at 0.5 that of a click on the d
 _RADII_MM: Final = (6.0, 8.5)  # of fingertips
 _ZONES_PX: Final = 160  # radius of their picture
 _WORDS: Final = ("connecting", "lost", "taken", "ended")
+_COLOURS: Final = {mark: f"rgb{colour}" for mark, colour in colours(DARK).items()}
 
 
 def value(text: str | bytes) -> Any:
@@ -68,16 +71,21 @@ def _contact(finger: Any, pad: DomeArea) -> Contact:
 def view(orb: OrbState, words: Words, pad: DomeArea, now_s: float) -> dict[str, Any]:
     """Return what the page shows, ready for JSON."""
     rules = zones.rules_in_use(orb.gestures.values())
+    touch = orb.contacts[0] if orb.contacts else None
+    lit = zones.zone_at(rules, (touch.x, touch.y)) if touch else None
     status = f"orbs.link_{orb.link}"
     if orb.link == "live" and orb.welcome:
-        ready = "phone.touch" if orb.ready else "dome.calibrating"
+        ready = "phone.aim" if orb.columns else "phone.touch"
+        ready = ready if orb.ready else "dome.calibrating"
         status = ready if orb.welcome.virtual else "phone.real"
     return {
         "words": {"language": words.name, **{key: words(f"phone.{key}") for key in _WORDS}},
         "status": words(status),
         "last": _last(orb, words, now_s),
         "commanded_s": orb.last_s,  # it vibrates at a new one
-        "zones": _zones(rules, orb.columns and zones.Columns(orb.columns.count), pad),
+        "zones": _zones(rules, orb.columns, pad, lit),
+        "board": list(orb.board),
+        "colours": _COLOURS,
     }
 
 
@@ -89,8 +97,10 @@ def _last(orb: OrbState, words: Words, now_s: float) -> str:
     return naming.unanswered(words, reason) if reason else ""
 
 
-@lru_cache(maxsize=4)
-def _zones(rules: zones.Rules, columns: zones.Columns | None, pad: DomeArea) -> str:
+@lru_cache(maxsize=64)
+def _zones(
+    rules: zones.Rules, columns: zones.Columns | None, pad: DomeArea, lit: int | None
+) -> str:
     """Return the address of a picture of the zones that contains it, over the dome's square."""
     if not (rules or columns):
         return ""
@@ -98,6 +108,6 @@ def _zones(rules: zones.Rules, columns: zones.Columns | None, pad: DomeArea) -> 
     if columns:
         picture = zones.columns_picture(columns, pad, _ZONES_PX)
     else:
-        picture = zones.picture(rules, pad, _ZONES_PX, None)
+        picture = zones.picture(rules, pad, _ZONES_PX, lit)
     pygame.image.save(picture, file, "zones.png")
     return f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}"

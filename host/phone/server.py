@@ -5,6 +5,7 @@ page that connects gets a key, with which it may connect again; other pages are 
 """
 
 import asyncio
+import base64
 import contextlib
 import html
 import json
@@ -26,6 +27,7 @@ from websockets.server import ServerProtocol
 from controller.shared.protocol.messages import Contact
 from host.phone import page
 from host.ui.pointer_input import DomeArea
+from tetris.kit import theme
 
 TURN_S: Final = 0.03  # in which a new view is sent
 SILENCE_S: Final = 0.5  # a page with fingers down repeats them every 0.1 s; then they are lifted
@@ -40,7 +42,8 @@ TAKEN, ENDED, MALFORMED = 4001, 4002, 4003  # WebSocket closing codes, known to 
 
 _POLICY: Final = (
     "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src data:; "
-    "connect-src ws://{netloc}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "font-src data:; connect-src ws://{netloc}; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
 )
 _SILENT: Final = logging.getLogger(__name__)  # else strangers could fill the terminal
 _SILENT.disabled = True
@@ -71,7 +74,9 @@ class PhoneServer:
         self._netloc = name if port == 80 else f"{name}:{port}"
         self._path, self._key = f"/{secrets.token_urlsafe(32)}", ""
         self.url = f"http://{self._netloc}{self._path}"
-        self._page = (files("assets") / "host" / "phone.html").read_text("utf-8")
+        font = base64.b64encode(theme.font_file()).decode()
+        text = (files("assets") / "host" / "phone.html").read_text("utf-8")
+        self._page = text.replace("{font}", font)
         self._loop, self._over = asyncio.new_event_loop(), asyncio.Event()
         self._thread = threading.Thread(target=self._run, args=(listener,), daemon=True)
         self._thread.start()

@@ -4,7 +4,7 @@
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
@@ -91,6 +91,7 @@ class OrbState:
     ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
     zones: bool = False  # whether the dome shows which command a press gives where
     columns: Columns | None = None  # the same, while the game is played by Aim
+    board: Sequence[str] = ()  # rows of that game with its piece, top first; "." is empty
     pointer: tuple[float, float] | None = None  # where the mouse is over the dome, grid units
     gestures: dict[str, GestureInfo] = field(default_factory=dict)  # by label, as far as known
     note: str = ""  # a sentence below the dome, before all others

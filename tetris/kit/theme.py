@@ -25,11 +25,12 @@ def font(size: int) -> pygame.font.Font:
     if not pygame.font.get_init():
         pygame.font.init()
     pygame.register_quit(font.cache_clear)  # pygame.quit() leaves fonts that no longer work
-    return pygame.font.Font(BytesIO(_font_file()), max(LEAST_PX, round(size * _EM)))
+    return pygame.font.Font(BytesIO(font_file()), max(LEAST_PX, round(size * _EM)))
 
 
 @cache
-def _font_file() -> bytes:
+def font_file() -> bytes:
+    """Return the file of the interface font."""
     return (files("assets") / "tetris" / "fonts" / "Inter-SemiBold.otf").read_bytes()
 
 

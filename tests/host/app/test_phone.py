@@ -102,7 +102,7 @@ def test_an_address_is_chosen_and_its_code_is_shown_until_a_phone_is_there(windo
 def test_fingers_on_the_phone_are_contacts_on_the_orb_and_end_with_it(window: Window) -> None:
     take(window, "127.0.0.1")
     with tab_of(window) as tab:
-        assert begin(window, tab)["status"] == "Touch the dome"
+        assert begin(window, tab)["status"].startswith("Touch the dome")
         tab.send(ONE_FINGER)
         (finger,) = on_dome(window, 1).contacts
         assert (finger.x, finger.y) == pytest.approx((2 + 0.5 * 3.8, 2))
@@ -128,7 +128,7 @@ def test_the_phone_speaks_the_language_of_the_window(window: Window) -> None:
     window.pass_s(0.1, FELT)
     window.contacts()
     with tab_of(window) as tab:
-        assert begin(window, tab)["status"] == "Touchez le dôme"
+        assert begin(window, tab)["status"].startswith("Touchez le dôme")
 
 
 def test_switched_off_the_page_is_gone(window: Window) -> None:
@@ -146,7 +146,7 @@ def test_a_trouble_is_told_on_the_page(window: Window, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(screen, "open_phone", refuse)
     take(window, "127.0.0.1")
-    assert page(window).menu.notice == "127.0.0.1 is taken"
+    assert "the port is taken" in page(window).menu.notice
     assert window.app.phone is None
 
 

@@ -204,7 +204,8 @@ def play() -> Iterator[Play]:
         yield made
 
 
-CENTRE, RADIUS = (SIZE[0] / 2, SIZE[1] / 2), SIZE[0] / 2 - 12
+HEAD = 208  # height of the board and the words above the dome
+CENTRE, RADIUS = (SIZE[0] / 2, (HEAD + SIZE[1]) / 2), SIZE[0] / 2 - 12
 
 
 def at(x: float, y: float) -> Point:
