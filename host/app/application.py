@@ -26,8 +26,9 @@ from host.targets import SIZE, TargetOptions
 from host.ui.orb_state import pulse_strength
 from host.ui.panel.panel import Panel
 from host.ui.panel.panel_layout import Dock
+from tetris.engine.board import EMPTY
 from tetris.engine.events import Event
-from tetris.engine.game import Action
+from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, MenuStep
@@ -80,6 +81,7 @@ class OrbApp(Orb):
             sound=sound,
             items=self._items,
         )
+        self.stage.name = "OrbTouch"
         self.panel = Panel()
         self.stage.watch = self._happened
         self._correcting = CorrectionKeys(self.send)
@@ -291,6 +293,7 @@ class OrbApp(Orb):
         playing = screen if isinstance(screen, PlayScreen) else None
         game = playing.session.game if playing and playing.by_hand else None
         self.orb.columns = self.aiming.columns(game)
+        self.orb.board = _rows(game) if game and self.phone else ()
         self.orb.zones = self.zones or (playing is not None and self.orb.pointer is not None)
         scale = settings.scale / 100
         gestures = len(self.orb.labels[1:])
@@ -320,6 +323,16 @@ class OrbApp(Orb):
         """Let go of the devices."""
         self.programs.stop()
         self.game.close()
+
+
+def _rows(game: Game) -> list[str]:
+    """Return the visible rows of a game with its piece, top first; "." is empty."""
+    marks = {(x, y): mark for y, row in enumerate(game.board.rows) for x, mark in enumerate(row)}
+    if game.in_play:
+        marks |= dict.fromkeys(game.piece.cells, game.piece.kind)
+    across = range(game.config.columns)
+    rows = reversed(range(game.config.rows))
+    return ["".join(marks.get((x, y), EMPTY) for x in across) for y in rows]
 
 
 def create(options: TargetOptions) -> OrbApp:

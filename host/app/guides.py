@@ -23,7 +23,7 @@ class Guides:
     def items(self, stage: Stage) -> list[Item]:
         """Return the items; the demo needs a virtual orb, which has a hand of its own."""
         words = stage.look.words
-        learn = Item(words("learn.title"), lambda: self.learn(stage), hint=words("learn.hint"))
+        learn = Item(words("menu.learn"), lambda: self.learn(stage), hint=words("learn.hint"))
         watch = Item(words("watch.title"), lambda: self.watch(stage), hint=words("watch.hint"))
         teach = Item(words("menu.teach"), lambda: self.teach(stage), hint=words("teach.hint"))
         return [learn, teach, watch] if self.orb.virtual else [learn, teach]

@@ -1,6 +1,6 @@
 """Zones of the dome: which command a located gesture gives where; columns of Aim; pictures."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
@@ -59,49 +59,45 @@ def _numbers(rules: Rules, x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.int8]
 @lru_cache(maxsize=16)
 def picture(rules: Rules, pad: DomeArea, radius_px: int, lit: int | None) -> pygame.Surface:
     """Return the zones with their commands' icons, over the square round the dome."""
-    side = 2 * radius_px
-    line = ((np.arange(side) + 0.5) / radius_px - 1) * pad.radius
-    x, y = pad.centre[0] + line[None, :], pad.centre[1] - line[:, None]
-    numbers = _numbers(rules, x, y)
-    away = np.hypot(line[None, :], line[:, None]) / pad.radius
-    inside = np.clip((_REACH - away) * radius_px / 2, 0.0, 1.0)
-    rgba = np.zeros((side, side, 4), np.uint8)
-    rgba[..., :3] = _WHITE
-    rgba[..., 3] = _LINE * _edges(numbers, max(1, radius_px // 90)) * inside
-    if lit is not None:
-        here = (numbers == lit) & (rgba[..., 3] == 0)
-        rgba[..., 3] += (_LIT * here * inside).astype(np.uint8)
-    surface = pygame.image.frombuffer(rgba.tobytes(), (side, side), "RGBA").copy()
-    for number, rule in enumerate(rules):
-        if rule.command not in NONE and (place := _middle(numbers == number, away)):
-            _draw_icon(surface, rule.command, place, radius_px, number == lit)
-    return surface
+    numbers = _numbers(rules, *_points(pad, radius_px))
+    commands = {number: rule.command for number, rule in enumerate(rules)}
+    return _drawn(numbers, () if lit is None else (lit,), commands)
 
 
 @lru_cache(maxsize=32)
 def columns_picture(columns: Columns, pad: DomeArea, radius_px: int) -> pygame.Surface:
-    """Return the columns, and the place that holds, over the square round the dome."""
-    side, scale = 2 * radius_px, radius_px / pad.radius
-    surface = pygame.Surface((side, side), pygame.SRCALPHA, 32)
-    wide, thin = (pad.columns - 1) * scale, max(1, radius_px // 90)
-    left, top = (side - wide) / 2, radius_px - (pad.rows - 1) * scale / 2
-    high = (pad.rows - 1) * scale
-    step = wide / columns.count
-    if columns.width:
-        lit = pygame.Rect(round(left + columns.left * step), round(top), 0, round(high))
-        lit.width = round(columns.width * step)
-        surface.fill((*_WHITE, _LIT), lit)
-    for number in range(columns.count + 1):
-        line = pygame.Rect(round(left + number * step), round(top), thin, round(high))
-        surface.fill((*_WHITE, _LINE), line)
-    surface.fill((*_WHITE, _LINE), (round(left), round(top), round(wide), thin))
-    _draw_icon(
-        surface,
-        "hold",
-        (radius_px, round((top + (1 - _REACH) * radius_px) / 2)),
-        round(0.7 * radius_px),
-        False,
-    )
+    """Return the columns, and the place that holds, over the square round the dome.
+
+    The outer columns reach to its rim, as a touch beside the taxels is for the nearest column.
+    """
+    x, y = _points(pad, radius_px)
+    column = np.clip(x * columns.count / max(1, pad.columns - 1), 0, columns.count - 1)
+    numbers = np.where(y > pad.rows - 1, np.int8(_OUTSIDE), column.astype(np.int8))
+    lit = range(columns.left, columns.left + columns.width)
+    return _drawn(numbers, lit, {_OUTSIDE: "hold"})
+
+
+def _points(pad: DomeArea, radius_px: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return x, (1, side), and y, (side, 1), of the pixels round the dome, grid units."""
+    line = ((np.arange(2 * radius_px) + 0.5) / radius_px - 1) * pad.radius
+    return pad.centre[0] + line[None, :], pad.centre[1] - line[:, None]
+
+
+def _drawn(
+    numbers: NDArray[np.int8], lit: Sequence[int], commands: Mapping[int, str]
+) -> pygame.Surface:
+    """Return the picture of zones, (side, side), some of them lit, with icons by number."""
+    radius_px = len(numbers) // 2
+    line = (np.arange(len(numbers)) + 0.5) / radius_px - 1
+    away = np.hypot(line[None, :], line[:, None])
+    inside = np.clip((_REACH - away) * radius_px / 2, 0.0, 1.0)
+    rgba = np.full((*numbers.shape, 4), 255, np.uint8)
+    edges = _edges(numbers, max(1, radius_px // 90))
+    rgba[..., 3] = np.where(edges, _LINE, _LIT * np.isin(numbers, lit)) * inside
+    surface = pygame.image.frombuffer(rgba.tobytes(), numbers.shape, "RGBA").copy()
+    for number, command in commands.items():
+        if command not in NONE and (place := _middle(numbers == number, away)):
+            _draw_icon(surface, command, place, radius_px, number in lit)
     return surface
 
 

@@ -58,15 +58,17 @@ class Player:
         assert isinstance(self.screen, PlayScreen)
         return self.screen
 
-    def choose(self, label: str) -> None:
-        labels = [item.label for item in self.menu.menu.items]
-        while self.menu.selected != labels.index(label):
-            self.key(pygame.K_DOWN)
-        self.key(pygame.K_RETURN)
+    def choose(self, *way: str) -> None:
+        """Take items, each on the page to which the one before led."""
+        for label in way:
+            labels = [item.label for item in self.menu.menu.items]
+            while self.menu.selected != labels.index(label):
+                self.key(pygame.K_DOWN)
+            self.key(pygame.K_RETURN)
 
     def play(self) -> PlayScreen:
         """Begin a game, and wait until its first piece moves."""
-        self.choose("Play")
+        self.choose("Play", "Start")
         self.wait(READY_S + 0.1)
         return self.game
 

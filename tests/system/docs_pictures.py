@@ -274,8 +274,8 @@ def pages(camera: Camera) -> None:
     """Save other pages of the application."""
     camera.home()
     for way, name in (
-        (("Teach",), "gestures"), (("Learn the orb",), "learn"), (("Orbs",), "orbs"),
-        (("Orbs", "This orb"), "this-orb"), (("Orbs", "Control other programs"), "programs"),
+        (("Teach",), "gestures"), (("Learn",), "learn"), (("Orb",), "orbs"),
+        (("Orb", "This orb"), "this-orb"), (("Orb", "Control other programs"), "programs"),
     ):  # fmt: skip
         for item in way:
             camera.choose(item)
@@ -286,7 +286,7 @@ def pages(camera: Camera) -> None:
 
 def lab(camera: Camera) -> None:
     """Save the lab after some gestures."""
-    camera.choose("Orbs")
+    camera.choose("Orb")
     camera.choose("Lab")
     for path in ([(-0.5, 0.1)] * 2, [(0.5, 0.3)] * 2, ARC):
         camera.stroke(path, 0.4)

@@ -93,5 +93,6 @@ def show(window: Window, label: str, x: float, y: float) -> None:
 def _play(window: Window) -> None:
     """Begin a game from the title page."""
     window.choose("Play")
+    window.choose("Start")
     window.until(lambda shown: shown["screen"] == "PlayScreen", "the game")
     time.sleep(1.2)  # the first piece does not move at once

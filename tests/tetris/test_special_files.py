@@ -85,7 +85,7 @@ def test_special_file_in_a_list_says_so(kind: str, window: pygame.Surface, tmp_p
     folder.mkdir(parents=True)
     make(kind, folder, "2026-01-01_00-00-00_zen.tetris")
     player = open_app(window, Start(), config=tmp_path / "config", data=tmp_path / "data")
-    player.choose("Replays")
+    player.choose("Play", "Replays")
     player.key(pygame.K_RETURN)
     assert "cannot read" in player.menu.menu.notice
 

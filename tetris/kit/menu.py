@@ -47,6 +47,7 @@ class Menu:
     items: Sequence[Item]
     table: Sequence[Row] = ()  # above the items
     notice: str = ""
+    corner: bool = False  # whether the last item stands beside the title
 
 
 class MenuStep(Enum):

@@ -71,7 +71,10 @@ class MenuView:
         if foot.top - top < 2 * self._high:  # what is chosen matters more than what is said of it
             foot.top = foot.bottom
         room = pygame.Rect(inner.left, top, inner.width, foot.top - top)
-        self._draw_items(area, room, menu, selected)
+        items = menu.items[: len(menu.items) - menu.corner]
+        self._draw_items(area, room, items, selected)
+        if menu.corner:
+            self._draw_corner(inner, area.top, menu, selected)
         self._draw_sentence(foot, menu, selected)
 
     def height(self, menu: Menu, unit: float) -> int:
@@ -79,7 +82,7 @@ class MenuView:
         self._unit = unit
         title = self._px(_TITLE * 1.15) if menu.title else 0
         table = len(menu.table) * self._row + self._px(_BELOW) if menu.table else 0
-        return title + table + len(menu.items) * self._high + self._foot(menu)
+        return title + table + (len(menu.items) - menu.corner) * self._high + self._foot(menu)
 
     @property
     def _high(self) -> int:
@@ -112,12 +115,22 @@ class MenuView:
     def _px(self, units: float) -> int:
         return round(units * self._unit)
 
-    def _draw_items(self, area: pygame.Rect, inner: pygame.Rect, menu: Menu, selected: int) -> None:
-        high, count = self._high, len(menu.items)
+    def _draw_corner(self, inner: pygame.Rect, top: int, menu: Menu, selected: int) -> None:
+        """Draw the last item at the right end of the title's line."""
+        number, item = len(menu.items) - 1, menu.items[-1]
+        wide = theme.font(self._px(_LETTERS)).size(item.label)[0] + 2 * self._px(_EDGE + 7)
+        line = pygame.Rect(inner.right + self._px(_MARGIN) // 2 - wide, top, wide, self._high)
+        self.spots.append(Spot(line, number, self._draw_item(line, item, number == selected)))
+
+    def _draw_items(
+        self, area: pygame.Rect, inner: pygame.Rect, items: Sequence[Item], selected: int
+    ) -> None:
+        high, count = self._high, len(items)
         room = max(1, inner.height // high)
-        self._first = max(min(self._first, selected, max(0, count - room)), selected - room + 1)
+        top = min(selected, count - 1)
+        self._first = max(min(self._first, top, max(0, count - room)), top - room + 1)
         self.spots = []
-        for place, item in enumerate(menu.items[self._first : self._first + room]):
+        for place, item in enumerate(items[self._first : self._first + room]):
             line = pygame.Rect(inner.left, inner.top + place * high, inner.width, high)
             line.inflate_ip(self._px(_MARGIN), 0)
             number = self._first + place

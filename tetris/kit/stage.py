@@ -89,6 +89,7 @@ class Stage:
         self.area = area  # the window, in pixels
         self.time_s = 0.0  # by the clock of the window
         self.kept = False  # whether the window still shows the last picture of its screen
+        self.name = "Tetris"  # title of the first page
         self.mode_setting = "mode"  # name of the setting with the mode that the title page offers
         self.watch: Callable[[Sequence[Any]], None] = lambda events: None  # of each game
         self.further: Callable[[], Sequence[Item]] = tuple  # further items of the title page

@@ -1,4 +1,4 @@
-"""Effects of events: light on the board, words beside it ("T-spin double", "+1,200"), sounds.
+"""Effects of events: light and words on the board ("T-SPIN DOUBLE", "+1,200"), sounds.
 
 Settings without motion show the words alone, and nothing flashes.
 """
@@ -28,7 +28,9 @@ _A_CELL: Final = 3  # sparks
 _SPEED: Final = 4.2  # of sparks, cells in a lifetime
 _FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _APART_S: Final = 0.34  # between flashes: WCAG 2.3.1 allows three in any second
-_LASTS_S: Final = 1.8
+_LASTS_S: Final = 1.4
+_HIGH: Final = 0.16  # of the board, above the words on it
+_LARGE, _SMALL = 1.9, 1.15  # first line and others, letters
 _POP_S: Final = 0.12  # the words come in a little from below
 _FADE_FROM: Final = 0.7  # of its time
 _MOST: Final = 24  # effects alive at once; a fast player would pile them up
@@ -240,24 +242,25 @@ class Callouts:
             age = age_s / _LASTS_S
             self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
             sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell
-        surface.blit(self._picture, layout.callout.move(0, round(sunk)))
+        board = layout.board
+        surface.blit(self._picture, (board.left, board.top + _HIGH * board.height + sunk))
 
     def _say(self, time_s: float, lines: list[Line]) -> None:
         self._lines, self._since_s, self._picture = lines, time_s, None
 
     def _draw_words(self, layout: Layout) -> pygame.Surface:
-        """Draw the lines below each other, or side by side in a tall layout."""
-        box, letter = layout.callout, layout.letter
-        picture = pygame.Surface(box.size, pygame.SRCALPHA)
-        left = top = 0
+        """Draw the lines below each other, each with an edge that blocks do not hide."""
+        wide, edge = layout.board.width, max(1, layout.cell // 12)
+        around = [(x, y) for x in (-edge, 0, edge) for y in (-edge, 0, edge) if x or y]
+        picture, top = pygame.Surface(layout.board.size, pygame.SRCALPHA), edge
         for row, (words, colour) in enumerate(self._lines):
-            size = round(letter * (1.0 if row == 0 else 0.78))
-            line = theme.fitted(words, size, colour, max(1, box.width - left))
+            size, room = round(layout.letter * (_SMALL if row else _LARGE)), wide - 4 * edge
+            line = theme.fitted(words, size, colour, room)
+            shade = theme.fitted(words, size, self._look.palette.well, room)
+            left = (wide - line.get_width()) // 2
+            picture.blits([(shade, (left + x, top + y)) for x, y in around])
             picture.blit(line, (left, top))
-            if layout.tall:
-                left += line.get_width() + round(0.6 * letter)
-            else:
-                top += round(line.get_height() * 0.98)
+            top += line.get_height()
         return picture
 
 

@@ -1,4 +1,4 @@
-"""A menu on the screen: beside the bot's game, or as a panel over another screen."""
+"""A menu on the screen: beside the bot's game, or as a card on the board of a game."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -11,7 +11,8 @@ from tetris.kit.menu import DIRECTIONS, OF_CODE, Menu, MenuStep, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
 from tetris.window.game_session import BotPlayer
-from tetris.window.scenery import Layout, draw_card, draw_logo
+from tetris.window.play_screen import LEAST_CARD, PlayScreen
+from tetris.window.scenery import Layout, draw_card
 from tetris.window.view import GameView
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
@@ -19,10 +20,7 @@ _LEAST_BESIDE: Final = 0.4  # of the height: a narrower rest of the window shows
 _EDGE: Final = 30  # of the column, outside of its letters
 _TOP: Final = 56
 _BOTTOM: Final = 16
-_LOGO: Final = 150
-_LEAST_LOGO: Final = 480  # of the height: a lower window shows no logo
 _PANEL: Final = 520
-_LEAST_COLUMN: Final = 310  # pixels, like a panel: letters do not become smaller without end
 _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
 _LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
@@ -67,16 +65,13 @@ class MenuScreen(Screen):
         selected: The number of the chosen item.
     """
 
-    centred = True  # whether a page that is not full stands in the middle, else at the top
-
     def __init__(
         self,
         stage: Stage,
         build: Callable[[], Menu],
         *,
         attract: AttractMode | None = None,
-        behind: Screen | None = None,
-        logo: bool = False,
+        behind: PlayScreen | None = None,
         back: Callable[[], None] | None = None,
         quiet_s: float = 0.0,
     ) -> None:
@@ -86,14 +81,13 @@ class MenuScreen(Screen):
             stage: Where it is seen.
             build: Makes the menu, after every step.
             attract: The bot's game to show beside it.
-            behind: The screen over which it is a panel; without one it fills the window.
-            logo: Whether the program's name stands above it.
+            behind: The game on whose board it is a card; without one it fills the window.
             back: What a step back does; None goes to the screen below.
             quiet_s: For how long no input may have come before any is taken, so that presses
                 meant for the game that has just ended do nothing.
         """
         self._stage, self._build = stage, build
-        self._attract, self._behind, self._logo = attract, behind, logo
+        self._attract, self._behind = attract, behind
         self._back = back or stage.pop
         self._quiet_s, self._open_s = quiet_s, stage.time_s + quiet_s
         self.selected = 0
@@ -220,25 +214,17 @@ class MenuScreen(Screen):
         if not kept:
             surface.fill(stage.look.palette.background)
         column = pygame.Rect(
-            0, 0, min(area.width, max(_LEAST_COLUMN, round(_COLUMN * unit))), area.height
+            0, 0, min(area.width, max(LEAST_CARD, round(_COLUMN * unit))), area.height
         )
-        logo = round(_LOGO * unit) if self._logo and area.height > _LEAST_LOGO * unit else 0
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
-        if self._attract and beside.width >= _LEAST_BESIDE * area.height:
+        column.top, column.centerx = round(_TOP * unit / 2), area.centerx
+        if beside.width >= _LEAST_BESIDE * area.height:
             game = self._share_out(column, beside)
-            changed = self._attract.draw(surface, game, kept=kept)
-        else:
-            high = logo + self._view.height(self._menu, unit)
-            middle = (area.height - high) // 2 if self.centred else 0
-            column.top = max(round(_TOP * unit / 2), middle)
-            column.centerx = area.centerx
+            if self._attract:
+                changed = self._attract.draw(surface, game, kept=kept)
         if kept:
             return changed
         column.height = area.height - column.top - round(_BOTTOM * unit)
-        if logo:
-            place = pygame.Rect(column.left, column.top, column.width, logo - round(_EDGE * unit))
-            draw_logo(surface, place.inflate(-round(2 * _EDGE * unit), 0), stage.look)
-            column.top, column.height = column.top + logo, column.height - logo
         self._view.draw(surface, column, self._menu, self.selected, unit)
         return None
 
@@ -259,7 +245,7 @@ class MenuScreen(Screen):
 
     def _draw_panel(self, surface: pygame.Surface, time_s: float) -> None:
         assert self._behind
-        stage, area, unit = self._stage, self._stage.area, self._stage.unit
+        stage, area = self._stage, self._stage.area
         if self._backdrop is None:
             self._behind.draw(surface, time_s)
             veil = pygame.Surface(area.size)
@@ -268,14 +254,12 @@ class MenuScreen(Screen):
             surface.blit(veil, (0, 0))
             self._backdrop = surface.copy()
         surface.blit(self._backdrop, (0, 0))
-        height = self._view.height(self._menu, unit) + round(52 * unit)
-        panel = pygame.Rect(
-            0,
-            0,
-            min(area.width, max(_LEAST_COLUMN, round(_PANEL * unit))),
-            min(height, area.height),
-        )
-        panel.center = area.center
+        room = self._behind.room
+        panel = pygame.Rect(0, 0, min(room.width, max(LEAST_CARD, round(_PANEL * stage.unit))), 0)
+        unit = min(stage.unit, panel.width / _PANEL)
+        panel.height = min(self._view.height(self._menu, unit) + round(52 * unit), area.height)
+        panel.center = room.center
+        panel.clamp_ip(area)
         draw_card(surface, panel, round(16 * unit), stage.look)
         inner = panel.inflate(-round(20 * unit), -round(44 * unit))
         self._view.draw(surface, inner, self._menu, self.selected, unit)

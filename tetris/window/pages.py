@@ -50,7 +50,7 @@ def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
         count = stage.pads.count
         pads = stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)
         items = (
-            *((_item(stage, "control"),) if stage.mode_setting == "orb_mode" else ()),
+            *control_item(stage),
             show("settings.handling", SECTIONS["handling"]),
             bind("keys"),
             bind("pads", pads),
@@ -62,6 +62,14 @@ def open_settings(stage: Stage, attract: AttractMode | None = None) -> None:
         return Menu(stage.look.words("settings.title"), items, notice=stage.notice)
 
     stage.push(MenuScreen(stage, build, attract=attract))
+
+
+def control_item(stage: Stage) -> list[Item]:
+    """Return the choice of how an orb plays, where there is one."""
+    if stage.mode_setting != "orb_mode":
+        return []
+    item, slow = _item(stage, "control"), stage.settings.control == "buttons"
+    return [replace(item, hint=stage.look.words("settings.control_slow")) if slow else item]
 
 
 def back_item(stage: Stage) -> Item:

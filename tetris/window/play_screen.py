@@ -20,6 +20,7 @@ from tetris.window.game_session import BotPlayer, Session
 from tetris.window.view import GameView, figures_of, in_danger
 
 READY_S: Final = 0.9  # before the first piece moves
+LEAST_CARD: Final = 310  # pixels of width: letters do not become smaller without end
 RESUME_S: Final = 1.0  # after a pause, in which 3, 2, 1 is shown
 ASK_S: Final = 30.0  # of play, after which a restart is asked for
 LONGEST_S: Final = 0.25  # that one frame may bring
@@ -123,6 +124,16 @@ class PlayScreen(Screen):
             or (event.button == pygame.BUTTON_LEFT and self.button.collidepoint(event.pos))
         ):
             self.pause()
+
+    @property
+    def room(self) -> pygame.Rect:
+        """Where a card may lie: on the board, or on figures too where that is narrow."""
+        layout = self._view.layout
+        wide = layout.area.width if layout.tall else 2 * (layout.next.left - layout.board.centerx)
+        room = layout.board.inflate(wide - layout.board.width - layout.cell // 2, 0)
+        least = round(LEAST_CARD * max(1.0, self._stage.settings.scale / 100))
+        left = max(layout.area.left, min(room.left, room.right - least))
+        return pygame.Rect(left, room.top, room.right - left, room.height)
 
     @property
     def button(self) -> pygame.Rect:

@@ -7,15 +7,7 @@ import pygame
 
 from tetris.kit import theme
 from tetris.kit.settings import Look
-from tetris.window.tiles import tiles_of
 
-_LOGO: Final = (
-    "ZZZ LLL OOO SS. I .TT",
-    ".Z. L.. .O. S.S I T..",
-    ".Z. LL. .O. SS. I .T.",
-    ".Z. L.. .O. S.S I ..T",
-    ".Z. LLL .O. S.S I TT.",
-)
 _LEAST_COLUMNS: Final = 10  # a board with fewer stands in the middle of so many
 _LEAST_ROWS: Final = 20
 _SIDE: Final = 4.8  # width of the column on either side, in cells
@@ -26,7 +18,6 @@ _FOOT: Final = 0.6
 _HOLD: Final = 4.4  # height
 _FIRST_SLOT: Final = 2.65  # the middle of the next piece on its card
 _SLOT: Final = 2.75  # from one next piece to the one after it
-_CALLOUT: Final = 3.6  # the least height of what is said, in letters
 _LEAST_CELL: Final = 6  # pixels; below, nothing could be told apart
 _LEAST_LETTER: Final = 16  # pixels
 _PREVIEWS: Final = 5
@@ -51,7 +42,6 @@ class Layout:
     hold: pygame.Rect  # cards, like the next two
     stats: pygame.Rect
     next: pygame.Rect
-    callout: pygame.Rect  # where a clear is named, outside the board so that it hides nothing
     slots: tuple[tuple[int, int], ...]  # the middles of next pieces, the nearest first
     figures: tuple[pygame.Rect, ...]  # where numbers stand
     tall: bool  # whether the cards are above and below the board
@@ -104,17 +94,14 @@ def _beside(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
     hold = pygame.Rect(left, place.top, side, round(_HOLD * cell))
     stats = pygame.Rect(left, hold.bottom + gap, side, place.bottom - hold.bottom - gap)
     above = _FIRST_SLOT - _SLOT / 2
-    count = int((place.height - gap - _CALLOUT * letter - above * cell) / (_SLOT * cell))
-    count = max(1, min(_PREVIEWS, count))
-    following = pygame.Rect(right, place.top, side, round((above + _SLOT * count + 0.7) * cell))
+    high_px = round((above + _SLOT * _PREVIEWS + 0.7) * cell)
+    following = pygame.Rect(right, place.top, side, high_px)
     slots = tuple(
         (following.centerx, following.top + round((_FIRST_SLOT + _SLOT * number) * cell))
-        for number in range(count)
+        for number in range(_PREVIEWS)
     )
-    below = following.bottom + gap
-    callout = pygame.Rect(right, below, side, max(1, place.bottom - below))
     figures = _figure_column(stats.inflate(-2 * round(PAD * cell), 0), letter)
-    cards = hold, stats, following, callout
+    cards = hold, stats, following
     return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, False)
 
 
@@ -130,7 +117,7 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     """Lay out a board between a strip of pieces above it and one of figures below it."""
     wide, high = max(columns, _LEAST_COLUMNS), max(rows, _LEAST_ROWS)
     strip = 1.2 * scale + 2.3
-    height = strip + _HEAD + high + 0.2 + 1.2 * scale + 2.9 * scale + 2 * _FOOT
+    height = strip + _HEAD + high + 0.2 + 2.9 * scale + 2 * _FOOT
     cell = max(_LEAST_CELL, int(min(area.width / (wide + 2 * _GAP), area.height / height)))
     letter, gap = max(_LEAST_LETTER, cell * scale), round(_GAP * cell)
     width = min(area.width - 2 * gap, _STRIP * cell)
@@ -140,8 +127,7 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
     following = pygame.Rect(right, top, left + width - right, hold.height)
     board = pygame.Rect(0, 0, columns * cell, rows * cell)
     board.midbottom = area.centerx, hold.bottom + round((_HEAD + high) * cell)
-    callout = pygame.Rect(left, board.bottom + round(0.2 * cell), width, round(1.2 * letter))
-    stats = pygame.Rect(left, callout.bottom, width, round(2.9 * letter))
+    stats = pygame.Rect(left, board.bottom + round(0.2 * cell), width, round(2.9 * letter))
     count = max(1, min(_PREVIEWS, int((following.width - 0.3 * cell) / (_STRIP_SLOT * cell))))
     step = following.width / count
     middle = top + round((1.2 * scale + 1.1) * cell)
@@ -152,7 +138,7 @@ def _stacked(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout
         pygame.Rect(left + pad + one * place, stats.top, one - pad, round(2.5 * letter))
         for place in range(number)
     )
-    cards = hold, stats, following, callout
+    cards = hold, stats, following
     return Layout(area.copy(), cell, letter, columns, rows, board, *cards, slots, figures, True)
 
 
@@ -200,13 +186,3 @@ def _draw_well(scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look:
         scenery.fill(palette.grid, (well.left + x * cell, well.top, 1, well.height))
     for y in range(1, layout.rows):
         scenery.fill(palette.grid, (well.left, well.top + y * cell, well.width, 1))
-
-
-def draw_logo(surface: pygame.Surface, area: pygame.Rect, look: Look) -> None:
-    """Draw the name as large as fits, at the upper left of an area."""
-    cell = max(2, min(area.width // len(_LOGO[0]), area.height // len(_LOGO)))
-    tiles = tiles_of(look)
-    for y, row in enumerate(_LOGO):
-        for x, mark in enumerate(row):
-            if mark.isalpha():
-                surface.blit(tiles.mino(mark, cell), (area.x + x * cell, area.y + y * cell))

@@ -18,7 +18,9 @@ from tetris.window.game_session import BotPlayer, SavedGame, Saves, Session
 from tetris.window.menu_screen import AttractMode, MenuScreen
 from tetris.window.pages import (
     BindingScreen,
+    back_item,
     best_screen,
+    control_item,
     open_settings,
     replays_screen,
     result_rows,
@@ -64,8 +66,7 @@ class ScreenFlow:
     def begin(self, start: Start) -> None:
         """Show the first screens."""
         attract, nowhere = self._attract, lambda: None  # a game is closed by choosing so
-        title = MenuScreen(self._stage, self._title, attract=attract, logo=True, back=nowhere)
-        self._stage.push(title)
+        self._stage.push(MenuScreen(self._stage, self._title, attract=attract, back=nowhere))
         if start.replay is not None:
             self.watch(start.replay)
         elif any(each is not None for each in (start.mode, start.seed, start.level, start.bot)):
@@ -75,6 +76,19 @@ class ScreenFlow:
             self.play(mode, seed=start.seed, level=start.level, player=start.bot)
 
     def _title(self) -> Menu:
+        stage, words = self._stage, self._stage.look.words
+        play = partial(MenuScreen, stage, self._modes, attract=self._attract)
+        settings = partial(open_settings, stage, self._attract)
+        items = [
+            Item(words("menu.play"), lambda: stage.push(play()), hint=words("title.play")),
+            *stage.further(),
+            Item(words("menu.settings"), settings, hint=words("title.settings")),
+            Item(words("menu.quit"), stage.quit),
+        ]
+        return Menu(stage.name, items, notice=stage.notice, corner=True)
+
+    def _modes(self) -> Menu:
+        """Return the page from which games begin, and those that were played are reached."""
         stage, saves, attract, mode = self._stage, self._saves, self._attract, self.mode
         words = stage.look.words
         title, text = words(f"modes.{mode.name}.title"), words(f"modes.{mode.name}.text")
@@ -89,21 +103,19 @@ class ScreenFlow:
             stage.push(replays_screen(stage, saves, attract, self.watch))
 
         items = [
-            Item(words("menu.play"), lambda: self.play(self.mode), hint=words("title.play")),
+            Item(words("menu.start"), lambda: self.play(self.mode), hint=text),
             Item(words("menu.mode"), value=title, step=self._turn_mode, hint=text),
         ]
         if mode.levels:
             level = str(stage.settings.level)
             items.append(Item(words("menu.level"), value=level, step=turn_level, hint=text))
-        settings = partial(open_settings, stage, attract)
         items += [
-            *stage.further(),
+            *control_item(stage),
             Item(words("menu.best"), best, hint=words("title.best")),
             Item(words("menu.replays"), replays, hint=words("title.replays")),
-            Item(words("menu.settings"), settings, hint=words("title.settings")),
-            Item(words("menu.quit"), stage.quit),
+            back_item(stage),
         ]
-        return Menu("", items, notice=stage.notice)
+        return Menu(words("menu.play"), items, notice=stage.notice)
 
     def _turn_mode(self, step: int) -> None:
         stage, names = self._stage, list(MODES)

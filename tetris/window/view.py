@@ -203,9 +203,7 @@ class GameView:
         lit = hint is not None and hint.actions[0] is Action.HOLD and game.in_play
         landing = hint.landing if hint and game.in_play else None
         veiled = game.phase is not Phase.RUNNING and not ready
-        flash_s, words_s = (
-            time_s if each.alive else None for each in (self._effects, self._callouts)
-        )
+        light_s = time_s if self._effects.alive or self._callouts.alive else None
         self._rows, self._paced = tuple(game.board.rows), game.row_us is not None
         board = self._rows, game.piece, game.in_play, game.phase
         layout = self.layout
@@ -214,6 +212,7 @@ class GameView:
             self._draw_danger(surface, game)
             self._draw_blocks(surface, game, landing)
             self._effects.draw(surface, layout, time_s)
+            self._callouts.draw(surface, layout, time_s)
             if veiled:
                 surface.blit(self._veil, layout.board)
                 self._draw_words(surface, *self._verdict(game))
@@ -227,7 +226,7 @@ class GameView:
         return self._repaint(
             surface,
             kept,
-            (self._around, (board, landing, veiled, ready, flash_s), draw_board),
+            (self._around, (board, landing, veiled, ready, light_s), draw_board),
             (
                 layout.hold,
                 (game.hold, game.can_hold, lit),
@@ -235,7 +234,6 @@ class GameView:
             ),
             (layout.next, tuple(game.next), partial(self._draw_next, surface, game)),
             (layout.stats, (tuple(figures), game.streak), draw_stats),
-            (layout.callout, words_s, partial(self._callouts.draw, surface, layout, time_s)),
         )
 
     def _repaint(self, surface: pygame.Surface, kept: bool, *parts: _Part) -> list[pygame.Rect]:

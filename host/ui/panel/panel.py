@@ -211,14 +211,12 @@ class Panel:
             self._blit(label, midtop=(box.centerx, box.top + number * step))
 
     def _light(self, view: OrbState, now_s: float) -> None:
-        """Draw the heat map, the pulse round the dome, the zones and the last touch."""
+        """Draw the pulse round the dome, the zones, the heat map over them, and the last touch."""
         place, palette = self._inner, self._look.palette
         if level := sprites.in_steps(255 * view.rim.level(now_s)):
             light = dome.rim(self.layout.radius, palette.accent)
             light.set_alpha(level)
             self._blit(light, center=place.centre)
-        assert self._heat
-        self._blit(self._heat, center=place.centre)
         if view.columns:
             marks = zones.columns_picture(view.columns, place.pad, self.layout.radius)
             self._blit(marks, center=place.centre)
@@ -227,6 +225,8 @@ class Panel:
             self._blit(
                 zones.picture(rules, place.pad, self.layout.radius, lit), center=place.centre
             )
+        assert self._heat
+        self._blit(self._heat, center=place.centre)
         if mark := self._mark(view, now_s):
             at, wide, alpha = mark
             self._blit(sprites.ring(wide, 2.2 * self._line, _LIGHT, alpha), center=at)

@@ -15,6 +15,7 @@ _DOME: Final = 160  # pixels: the dome's least diameter where there is room for 
 _SIDE: Final = 0.56  # of a wide panel's width, that the dome takes at most
 _LINE: Final = 16  # pixels that a line of the smallest text takes
 _COLUMNS: Final = 2  # of rows on a card that is too low for one column
+_ROWS: Final = 5  # that the card has room for, so that the dome stays as gestures are taught
 _BESIDE: Final = 350 / 600  # width of the panel beside the game, as a share of its height
 _WIDEST: Final = 0.36  # of the window's width that it takes
 _UPRIGHT: Final = 1.05  # height of a window, as a share of its width, with the panel below the game
@@ -70,7 +71,7 @@ class PanelLayout:
         width, height = (WIDTH, HEIGHT) if tall else _WIDE
         factor = min(rect.width / width, rect.height / height) * scale
         sizes = _Sizes.of(factor)
-        return _tall(rect, gestures, sizes) if tall else _wide(rect, gestures, sizes)
+        return (_tall if tall else _wide)(rect, max(1, gestures), sizes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,7 @@ def _tall(rect: pygame.Rect, gestures: int, sizes: _Sizes) -> PanelLayout:
     """Stack the parts; the dome takes what the others leave, and they yield to a small one."""
     least = min(rect.width, round(_DOME * (1 + PADDING)) + 2)
     for columns, used in ((1, sizes), (1, sizes.low), (_COLUMNS, sizes.low)):
-        lines = -(-gestures // columns)
+        lines = -(-_ROWS // columns)
         room = rect.height - used.header - used.caption - used.card(lines)
         if room >= max(least, round(0.7 * rect.width) if used is sizes else 0):
             break
@@ -124,7 +125,7 @@ def _tall(rect: pygame.Rect, gestures: int, sizes: _Sizes) -> PanelLayout:
 def _wide(rect: pygame.Rect, gestures: int, sizes: _Sizes) -> PanelLayout:
     """Place the dome with its caption at the left, the header and the card at the right."""
     for columns, used in ((1, sizes), (1, sizes.low), (_COLUMNS, sizes.low)):
-        lines = -(-gestures // columns)
+        lines = -(-_ROWS // columns)
         if rect.height - used.header >= used.card(lines):
             break
     else:
@@ -147,16 +148,19 @@ def _laid(
     dome: pygame.Rect,
     caption: pygame.Rect,
     card: pygame.Rect,
-    columns: int,
+    least: int,
     gestures: int,
 ) -> PanelLayout:
-    inner = card.inflate(-2 * sizes.pad, -2 * sizes.pad)
-    lines = max(1, inner.height // sizes.row)
-    wide = (inner.width - (columns - 1) * sizes.pad) // columns
+    for used, columns in ((sizes, least), (sizes.low, 1), (sizes.low, _COLUMNS)):
+        inner = card.inflate(-2 * used.pad, -2 * used.pad)
+        lines = max(1, inner.height // used.row)
+        if gestures <= lines * columns:
+            break
+    wide = (inner.width - (columns - 1) * used.pad) // columns
     rows = []
     for number in range(min(gestures, lines * columns)):
         column, line = divmod(number, lines)
-        left = inner.left + column * (wide + sizes.pad)
-        rows.append(pygame.Rect(left, inner.top + line * sizes.row, wide, sizes.row))
+        left = inner.left + column * (wide + used.pad)
+        rows.append(pygame.Rect(left, inner.top + line * used.row, wide, used.row))
     radius = max(8, int(dome.width / (2 * (1 + PADDING))))
     return PanelLayout(sizes.factor, header, dome, radius, caption, card, tuple(rows))

@@ -103,7 +103,7 @@ def test_the_player_may_choose_buttons_and_the_choice_is_kept(tmp_path: Path) ->
     save(tmp_path / "tetris.toml", Settings(control="buttons", mode="zen", orb_mode="zen",
                                             introduced=True))  # fmt: skip
     window = Window(config=tmp_path)
-    window.key(pygame.K_RETURN)
+    window.key(pygame.K_RETURN, pygame.K_RETURN)
     window.pass_s(READY_S, FELT)
     x = window.game.piece.x
     Finger(window).hold(0.4, 0.0, 8.0)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pygame
 import pytest
@@ -14,13 +15,65 @@ from tests.support.app_window import FELT, READY_S, WELCOME, Window, said
 from tetris.engine.game import Phase
 from tetris.window.app import Start
 from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import PlayScreen
 
 
 def test_the_orb_steers_the_menu_and_begins_a_game() -> None:
     window = Window()
     assert not window.playing
-    window.pass_s(0.1, said("drop"))  # "Play" is chosen first
+    window.pass_s(0.1, said("drop"))  # "Play" is chosen first, and then "Start"
+    window.pass_s(0.1, said("drop"))
     assert window.playing
+
+
+@pytest.mark.parametrize("size", [(640, 360), (1024, 640), (1920, 1080), (720, 1280)])
+def test_home_has_six_items_that_are_seen_at_once_and_quit_in_the_corner(
+    size: tuple[int, int],
+) -> None:
+    window = Window(size=size)
+    window.app.orbs = SimpleNamespace(tick=list)  # type: ignore[assignment]
+    window.pass_s(0.1)
+    home = window.app.stage.screen
+    assert isinstance(home, MenuScreen)
+    *names, corner = [item.label for item in home.menu.items]
+    assert names == ["Play", "Learn", "Teach", "Watch", "Orb", "Settings"]
+    assert (home.menu.title, corner) == ("OrbTouch", "Quit")
+    if size != (640, 360):
+        assert len(home.spots) == 7
+    assert home.spots[-1].place.bottom <= home.spots[0].place.top  # beside the title
+
+
+def test_pages_stand_in_one_place() -> None:
+    window = Window()
+    places, titles = [], []
+    for keys in (
+        (),
+        (pygame.K_RETURN,),
+        (pygame.K_ESCAPE, pygame.K_UP, pygame.K_UP, pygame.K_RETURN),
+    ):
+        window.key(*keys)
+        screen = window.app.stage.screen
+        assert isinstance(screen, MenuScreen)
+        places.append(screen.spots[0].place.topleft)
+        titles.append(screen.menu.title)
+    assert titles == ["OrbTouch", "Play", "Settings"]
+    assert len(set(places)) == 1
+
+
+@pytest.mark.parametrize("size", [(1024, 640), (1280, 720), (720, 1280)])
+def test_the_card_of_a_pause_is_centred_on_the_board_and_leaves_the_next_pieces_free(
+    size: tuple[int, int],
+) -> None:
+    window = Window(Start("zen", 1), size=size)
+    window.pass_s(READY_S)
+    play = window.app.stage.screen
+    assert isinstance(play, PlayScreen)
+    window.key(pygame.K_p)
+    pause, layout = window.app.stage.screen, play._view.layout
+    assert isinstance(pause, MenuScreen)
+    for spot in pause.spots:
+        assert abs(spot.place.centerx - layout.board.centerx) <= layout.cell // 2
+        assert not spot.place.colliderect(layout.next)
 
 
 def test_commands_move_the_piece_at_once() -> None:
@@ -81,7 +134,7 @@ def test_the_mouse_touches_the_dome_and_clicks_the_menu_beside_it() -> None:
     click = pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=place, button=1)
     window.app.handle(click, window.now_s)
     window.pass_s(0.1)
-    assert window.playing
+    assert window.app.stage.screen is not menu
 
 
 def test_quit_in_the_menu_closes_the_window() -> None:
@@ -104,6 +157,7 @@ def test_the_mode_played_with_an_orb_is_kept_apart(tmp_path: Path) -> None:
     window = Window(config=tmp_path)
     window.key(pygame.K_ESCAPE)  # no introduction
     assert window.app.stage.settings.orb_mode == "orb_marathon"
+    window.pass_s(0.1, said("drop"))
     window.pass_s(0.1, said("down"), said("right"))  # to "Mode", and the next one
     assert window.app.stage.settings.orb_mode == "orb_sprint"
     assert "orb_mode" in (tmp_path / "tetris.toml").read_text()
@@ -134,6 +188,7 @@ def test_a_menu_that_nobody_uses_is_drawn_less_often_than_a_game() -> None:
     window = Window()
     window.pass_s(0.1, FELT)
     idle = window.app.frames_hz
-    window.pass_s(0.1, said("drop"))
+    for _ in range(2):
+        window.pass_s(0.1, said("drop"))
     assert window.playing
     assert idle < window.app.frames_hz

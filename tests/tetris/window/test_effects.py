@@ -103,13 +103,12 @@ def test_a_row_that_two_pieces_of_one_frame_complete_is_seen() -> None:
     assert (game.lines, view.lively) == (1, True)
 
 
-def test_words_stand_beside_the_board() -> None:
+def test_words_stand_on_the_board() -> None:
     game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
     layout = Layout.inside(AREA)
     late = changed(STILL, events, game, 1.0)  # only words live so long
     assert late.count() > 100
-    frame = layout.callout.inflate(layout.cell, layout.cell)
-    assert all(frame.contains(rect) for rect in late.get_bounding_rects())
+    assert all(layout.board.contains(rect) for rect in late.get_bounding_rects())
 
 
 def test_without_motion_nothing_lights_up_and_words_stand_without_fading() -> None:
@@ -117,7 +116,7 @@ def test_without_motion_nothing_lights_up_and_words_stand_without_fading() -> No
     assert changed(STILL, events, game, 0.02).count() == 0
     assert changed(MOVING, events, game, 0.02).count() > 0
     game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
-    assert changed(STILL, events, game, 0.02).count() == changed(STILL, events, game, 1.7).count()
+    assert changed(STILL, events, game, 0.02).count() == changed(STILL, events, game, 1.3).count()
 
 
 def test_a_lock_is_praised_greatest_first() -> None:
@@ -179,6 +178,6 @@ def test_boards_of_other_sizes_fit_into_the_same_window(columns: int, rows: int)
     view.draw(surface, game, 0.1)
     layout = view.layout
     assert (layout.columns, layout.rows) == (columns, rows)
-    parts = [layout.board, layout.hold, layout.stats, layout.next, layout.callout]
+    parts = [layout.board, layout.hold, layout.stats, layout.next]
     assert all(AREA.contains(part) for part in parts)
     assert all(len(part.collidelistall(parts)) == 1 for part in parts)

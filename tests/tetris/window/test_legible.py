@@ -30,10 +30,13 @@ def walk(player: Player) -> Iterator[str]:
     """Go to every screen, and name it."""
     words = player.app.stage.look.words
     yield "title"
+    player.choose(words("menu.play"))
+    yield "play"
     for page in ("menu.best", "menu.replays"):
         player.choose(words(page))
         yield page
         player.key(pygame.K_ESCAPE)
+    player.key(pygame.K_ESCAPE)
     player.choose(words("menu.settings"))
     yield "settings"
     for name in ("handling", "keys", "pads", "screen", "sound"):
@@ -43,7 +46,7 @@ def walk(player: Player) -> Iterator[str]:
     player.key(pygame.K_ESCAPE, pygame.K_F1)
     yield "help"
     player.key(pygame.K_F1)
-    player.choose(words("menu.play"))
+    player.choose(words("menu.play"), words("menu.start"))
     yield "ready"
     player.wait(READY_S)
     player.key(pygame.K_c, pygame.K_SPACE)
@@ -79,7 +82,7 @@ def test_no_letter_is_too_small(
     monkeypatch.setattr(pygame.font, "Font", font)
     for kept in (theme.font, theme.text, theme.fitted):
         kept.cache_clear()
-    assert len(list(walk(opened(window, size, tmp_path, scale=scale)))) == 16
+    assert len(list(walk(opened(window, size, tmp_path, scale=scale)))) == 17
     assert sizes
     assert min(sizes) >= LEAST_PX
 

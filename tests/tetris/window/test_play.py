@@ -32,7 +32,7 @@ def heard(monkeypatch: Patch) -> list[str]:
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
-    player.choose("Play")
+    player.choose("Play", "Start")
     player.wait(READY_S / 2)
     assert player.game.session.game.time_s == 0
     player.wait(READY_S)
@@ -170,7 +170,7 @@ def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_
     player.play()
     player.lose()
     player.choose("Leave the game")
-    player.choose("Replays")
+    player.choose("Play", "Replays")
     assert len(player.menu.menu.items) == 2
     player.key(pygame.K_RETURN)
     replay = player.screen
@@ -193,7 +193,7 @@ def test_a_list_of_replays_says_what_is_in_them(player: Player, tmp_path: Path) 
     before = player.play().session.game.score
     player.lose()
     player.choose("Leave the game")
-    player.choose("Replays")
+    player.choose("Play", "Replays")
     (game, _) = player.menu.menu.items
     assert game.late
     score, length, _ = game.late().split(" · ")
@@ -434,7 +434,7 @@ def test_the_end_says_how_it_went_and_the_best_list_remembers(player: Player) ->
     assert "Finesse" in {cells[0] for cells in rows}
     assert len(rows) == 10
     player.choose("Leave the game")
-    player.choose("Best games")
+    player.choose("Play", "Best games")
     heading, first = player.menu.menu.table
     assert heading.cells[:2] == ("#", "Points")
     assert first.cells[0] == "1"
@@ -447,7 +447,7 @@ def test_a_lost_sprint_is_counted_among_the_best_games(player: Player) -> None:
     player.play()
     player.lose()
     player.choose("Leave the game")
-    player.choose("Best games")
+    player.choose("Play", "Best games")
     assert "No game" in player.menu.menu.table[0].cells[0]
     assert player.menu.menu.notice == "Games played: 1, won: 0."
 

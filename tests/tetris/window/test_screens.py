@@ -32,7 +32,7 @@ def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(play
                 player.orb(Action.RIGHT, Action.LEFT)
                 if screen.selected != number:
                     continue
-            if item.do is None or item.label in {"Quit", "Play", "Back"}:
+            if item.do is None or item.label in {"Quit", "Start", "Back"}:
                 continue
             player.orb(DROP)
             if isinstance(screen, BindingScreen):
@@ -55,7 +55,7 @@ def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(play
 
 
 def test_the_orb_starts_plays_pauses_and_leaves_a_game(player: Player) -> None:
-    player.orb(DROP)
+    player.orb(DROP, DROP)
     player.wait(READY_S + 0.1)
     x = player.game.session.game.piece.x
     player.orb(Action.LEFT)
@@ -67,6 +67,7 @@ def test_the_orb_starts_plays_pauses_and_leaves_a_game(player: Player) -> None:
 
 
 def test_a_held_key_walks_through_a_menu(player: Player) -> None:
+    player.choose("Play")
     player.wait(0.6, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_DOWN))
     assert player.menu.selected >= 3
     player.wait(0.1, pygame.event.Event(pygame.KEYUP, key=pygame.K_DOWN))
@@ -76,6 +77,8 @@ def test_a_held_key_walks_through_a_menu(player: Player) -> None:
 
 
 def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:
+    player.choose("Play")
+    player.wait(FRAME_S)
     spots = player.menu._view.spots
     at = spots[1].place.right - 4, spots[1].place.centery
     player.wait(FRAME_S, pygame.event.Event(pygame.MOUSEMOTION, pos=at, buttons=(0, 0, 0)))
@@ -87,6 +90,7 @@ def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:
 
 
 def test_the_wheel_goes_on_from_the_chosen_item_wherever_the_pointer_is(player: Player) -> None:
+    player.choose("Play")
     at = player.menu.spots[0].place.center
     for _ in range(3):  # SDL reports each notch as a button, too
         button = pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=5, pos=at)
@@ -95,6 +99,8 @@ def test_the_wheel_goes_on_from_the_chosen_item_wherever_the_pointer_is(player: 
 
 
 def test_a_click_on_an_arrow_turns_a_value_back_and_on(player: Player) -> None:
+    player.choose("Play")
+    player.wait(FRAME_S)
     for number, mode in ((1, "endless"), (1, "sprint"), (0, "endless")):
         arrows = player.menu._view.spots[1].arrows
         assert min(arrow.width for arrow in arrows) >= 24
@@ -103,12 +109,14 @@ def test_a_click_on_an_arrow_turns_a_value_back_and_on(player: Player) -> None:
 
 
 def test_what_can_be_changed_stands_between_arrows_and_actions_do_not(player: Player) -> None:
+    player.choose("Play")
+    player.wait(FRAME_S)
     arrows = {
         player.menu.menu.items[spot.number].label: len(spot.arrows)
         for spot in player.menu._view.spots
     }
     assert arrows["Mode"] == arrows["Start level"] == 2
-    assert arrows["Play"] == arrows["Quit"] == 0
+    assert arrows["Start"] == arrows["Back"] == 0
 
 
 def pad(player: Player, *buttons: int) -> None:
@@ -121,11 +129,11 @@ def test_a_pad_alone_plays_pauses_goes_back_and_leaves(player: Player) -> None:
     take, back = pygame.CONTROLLER_BUTTON_A, pygame.CONTROLLER_BUTTON_B
     down, start = pygame.CONTROLLER_BUTTON_DPAD_DOWN, pygame.CONTROLLER_BUTTON_START
     title = player.screen
-    pad(player, *[down] * 3, take)
+    pad(player, take, *[down] * 3, take)
     assert player.menu.menu.title == "Best games"
-    pad(player, back)
+    pad(player, back, back)
     assert player.screen is title
-    pad(player, *[down] * 4, take)
+    pad(player, take, take)
     player.wait(READY_S + 0.1)
     pad(player, start)
     assert player.menu.menu.title == "Paused"
@@ -135,9 +143,11 @@ def test_a_pad_alone_plays_pauses_goes_back_and_leaves(player: Player) -> None:
 
 def test_the_mouse_alone_goes_back_from_every_page(player: Player) -> None:
     title = player.screen
-    for label in ("Best games", "Replays", "Settings"):
-        player.choose(label)
-        player.click(next(s for s in player.menu._view.spots if _is_back(player, s)).place.center)
+    for way in (("Play", "Best games"), ("Play", "Replays"), ("Settings",)):
+        player.choose(*way)
+        for _ in way:
+            spots = player.menu._view.spots
+            player.click(next(s for s in spots if _is_back(player, s)).place.center)
         assert player.screen is title
 
 
@@ -147,7 +157,7 @@ def _is_back(player: Player, spot: Spot) -> bool:
 
 def test_a_menu_is_drawn_less_often_than_a_game(player: Player) -> None:
     menus = player.app.frames_hz
-    player.choose("Play")
+    player.choose("Play", "Start")
     assert menus <= 30 < player.app.frames_hz == 60
     player.wait(READY_S + 0.1)
     player.key(pygame.K_p)
@@ -202,7 +212,7 @@ def test_a_key_is_bound_by_pressing_it_and_plays(player: Player) -> None:
     assert not page._waiting
     assert player.app.stage.settings.keys["left"] == ("left", "j")
     player.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
-    player.choose("Play")
+    player.choose("Play", "Start")
     player.wait(READY_S + 0.1)
     x = player.game.session.game.piece.x
     player.key(pygame.K_j)
@@ -251,13 +261,13 @@ def test_every_size_is_drawn(window: pygame.Surface, size: tuple[int, int], them
     player.choose("Settings")
     player.choose("Keys")
     player.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
-    player.choose("Play")
+    player.choose("Play", "Start")
     player.wait(0.1)
     player.key(pygame.K_p)
     player.wait(0.05)
 
 
-def test_the_attract_mode_has_equal_margins_and_begins_level_with_the_logo(player: Player) -> None:
+def test_the_attract_mode_has_equal_margins_and_begins_level_with_the_title(player: Player) -> None:
     view = player.menu._attract._view if player.menu._attract else None
     assert view
     outer, letters = view.layout.outer, player.menu._view.spots[0].place.left

@@ -47,8 +47,14 @@ def test_in_a_tall_window_the_card_is_beside_the_dome() -> None:
     assert layout.caption.top == layout.dome.bottom
 
 
-def test_larger_text_makes_rows_higher_and_the_dome_no_smaller_than_it_may_be() -> None:
+@pytest.mark.parametrize("size", SIZES)
+def test_the_dome_stays_where_it_is_as_gestures_are_taught(size: tuple[int, int]) -> None:
+    panel = Dock.of(size).panel
+    assert len({PanelLayout.of(panel, gestures).dome.topleft for gestures in (1, 4, 7, 12)}) == 1
+    assert len(PanelLayout.of(panel, 7).rows) == 7
+
+
+def test_larger_text_has_a_higher_line() -> None:
     panel = Dock.of((1280, 720)).panel
     usual, large = PanelLayout.of(panel, 4), PanelLayout.of(panel, 4, 1.6)
     assert large.caption.height > usual.caption.height
-    assert large.radius <= usual.radius
