@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from controller import __version__ as __version__
     from controller.shared.errors import UserError as Error
     from orbtouch.evaluation import evaluate
+    from orbtouch.in_process import live, play
     from orbtouch.networks import Command, Lesson, Network, load_network
     from orbtouch.orbs import Contact, Frame, Orb, Press, Release, connect, record
     from orbtouch.recordings import Recording, import_recordings, load_recording, simulate
@@ -48,8 +49,10 @@ __all__ = [
     "connect",
     "evaluate",
     "import_recordings",
+    "live",
     "load_network",
     "load_recording",
+    "play",
     "record",
     "simulate",
     "train",
@@ -61,6 +64,7 @@ _MODULES: "Final" = {
     **dict.fromkeys(("Command", "Lesson", "Network", "load_network"), "networks"),
     **dict.fromkeys(("Contact", "Frame", "Orb", "Press", "Release"), "orbs"),
     **dict.fromkeys(("connect", "record"), "orbs"),
+    **dict.fromkeys(("live", "play"), "in_process"),
     **dict.fromkeys(("Recording", "load_recording", "simulate"), "recordings"),
     "import_recordings": "recordings",
     **dict.fromkeys(("Comparison", "Evaluation", "compare"), "results"),

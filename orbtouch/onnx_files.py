@@ -49,9 +49,7 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
         import onnx
     except ImportError:
         raise UserError("ONNX files need onnx; install it with: pip install onnx") from None
-    lent, wanted = bundles.parse(base), [*classes]
-    if "null" not in wanted or len(set(wanted)) != len(wanted):
-        raise UserError('classes are different names, "null" among them, for no gesture')
+    lent, wanted, order = bundles.parse(base), [*classes], _order(classes)
     try:
         model = onnx.load_from_string(source) if isinstance(source, bytes) else onnx.load(source)
     except Exception as error:  # of the library, which has no common class
@@ -74,24 +72,46 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
         answers = onnxruntime_engine.network(_bytes(model))(windows)
     except EngineError as error:
         raise UserError(f"the network {error}") from None
-    order = [wanted.index("null"), *(n for n, name in enumerate(wanted) if name != "null")]
     answers = (softmax(answers) if logits else answers)[:, order]
     names = [wanted[place] for place in order]
     golden = Golden(windows, answers, lent.golden.images, lent.golden.touches)
+    data = _assembled(base, names, _head(order), golden, plain)
+    Recognizer(bundles.parse(data))  # which compares with the golden vectors
+    return data
+
+
+def renamed(base: bytes, classes: Sequence[str]) -> tuple[bytes, list[int]]:
+    """Return a bundle for other classes, all equally probable, and their order with "null" first.
+
+    All else is that of a bundle `base`. UserError: the classes cannot be used.
+    """
+    order, lent = _order(classes), bundles.parse(base)
+    count, width, old = len(order), lent.head.hidden.shape[1], lent.golden
+    zero = np.zeros((count, width), np.float32)
+    head = Head(zero[:1], zero[0, :1], zero[:, :1], zero[:, 0])
+    shares = np.full((len(old.windows), count), 1.0 / count, np.float32)
+    golden = Golden(old.windows, shares, old.images, old.touches)
+    names = [classes[place] for place in order]
+    return _assembled(base, names, head, golden, lent.embedding_onnx), order
+
+
+def _order(classes: Sequence[str]) -> list[int]:
+    """Return the places of classes with "null" first; UserError if they cannot be used."""
+    if "null" not in classes or len(set(classes)) != len(classes):
+        raise UserError('classes are different names, "null" among them, for no gesture')
+    return sorted(range(len(classes)), key=lambda place: classes[place] != "null")
+
+
+def _assembled(base: bytes, names: list[str], head: Head, golden: Golden, model: bytes) -> bytes:
+    """Return the bundle of a head and an embedding network, with all else of a base."""
     parts = container.unpack(base)
     table = container.manifest(parts.pop(container.MANIFEST))
     for name in (container.SUMS, container.USER, container.REHEARSAL, container.TAUGHT):
         parts.pop(name, None)
-    made = {
-        **parts,
-        container.EMBEDDING: plain,
-        container.HEAD: pack(_head(order).arrays()),
-        container.GOLDEN: golden.pack(),
-    }
-    manifest = _manifest(table, names, shape[0], plain)
-    data = bundles.assembled(tomli_w.dumps(manifest).encode(), made)
-    Recognizer(bundles.parse(data))  # which compares with the golden vectors
-    return data
+    made = {container.EMBEDDING: model, container.HEAD: pack(head.arrays())}
+    made = {**parts, **made, container.GOLDEN: golden.pack()}
+    manifest = _manifest(table, names, golden.windows.shape[1], model)
+    return bundles.assembled(tomli_w.dumps(manifest).encode(), made)
 
 
 def _bytes(model: Any) -> bytes:

@@ -1,0 +1,217 @@
+"""Live play of any predictor: the device's stages in this program, with the predictor inside."""
+
+import itertools
+import logging
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from controller.bundles.bundle import Bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.images.frames import Window
+from controller.runtime.assemble import RunOptions, open_device, prepare
+from controller.runtime.loop import Loop
+from controller.shared.errors import UserError, one_line
+from host.connection.receiver import Receiver
+from host.connection.transport import open_transport
+from orbtouch.networks import Command, Network, load_network
+from orbtouch.onnx_files import renamed
+from orbtouch.orbs import Orb, Press, Release
+
+Predict = Callable[[NDArray[np.float32]], ArrayLike]
+
+END_S: Final = 2.0  # for the loop to end
+_SUM: Final = 1e-3  # greatest error of a sum of probabilities
+_LATE: Final = 20  # calls in a row that may last longer than a frame
+
+log = logging.getLogger("orbtouch")
+
+
+class _Judge(Recognizer):
+    """Networks of a bundle whose gestures are those of a predictor."""
+
+    def __init__(self, bundle: Bundle, predict: Predict, order: Sequence[int]) -> None:
+        super().__init__(bundle)
+        self.problem = ""
+        self._predict, self._order = predict, [*order]
+        self._name = one_line(getattr(predict, "__qualname__", type(predict).__name__))
+        self._frame_s, self._late = 1.0 / bundle.rate_hz, 0
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return the predictor's answer, (classes,); "null" for certain once it has failed."""
+        certain: NDArray[np.float32] = np.eye(1, len(self._order), dtype=np.float32)[0]
+        if self.problem:
+            return certain
+        before_s = time.monotonic()
+        try:
+            given = np.asarray(self._predict(window[None]), dtype=np.float64).reshape(-1)
+        except Exception as error:
+            said = one_line(str(error)) or type(error).__name__
+            self.problem = f"{self._name} raised {type(error).__name__}: {said}"
+            return certain
+        took_s = time.monotonic() - before_s
+        self._late = self._late + 1 if took_s > self._frame_s else 0
+        if len(given) != len(self._order) or not abs(given.sum() - 1.0) <= _SUM or given.min() < 0:
+            self.problem = (
+                f"{self._name} returned {given.round(3).tolist()}; expected are "
+                f"{len(self._order)} probabilities, which sum to 1"
+            )
+        elif self._late == _LATE:
+            self.problem = (
+                f"{self._name} takes {took_s * 1000:.0f} ms for a window, longer than a frame of "
+                f"{self._frame_s * 1000:.0f} ms; make it faster, or take a slower `base`"
+            )
+        return certain if self.problem else given[self._order].astype(np.float32)
+
+
+class _Server:
+    """A device in a thread of this program."""
+
+    def __init__(
+        self,
+        predict: "Network | Predict",
+        classes: Sequence[str],
+        base: Network | None,
+        options: dict[str, Any],
+    ) -> None:
+        allowed = ("sensor", "seed", "preset", "fault", "mapping", "replay")
+        if odd := [name for name in options if name not in allowed]:
+            raise UserError(f"there is no option {odd[0]!r}; there are {', '.join(allowed)}")
+        for name in ("mapping", "replay"):
+            if name in options:
+                options[name] = Path(options[name])
+        network = predict if isinstance(predict, Network) else base or load_network()
+        data, order = network._data, [*range(len(network.classes))]
+        if not isinstance(predict, Network):
+            if not callable(predict):
+                raise UserError(f"{type(predict).__name__} is no network and cannot be called")
+            data, order = renamed(data, classes or network.classes)
+        with ExitStack() as stack:
+            path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "live.orb"
+            path.write_bytes(data)
+            options = {**options, "bundle": path, "link": "listen://127.0.0.1:0"}
+            self._parts = prepare(RunOptions(**options))
+        self.judge: _Judge | None = None
+        if not isinstance(predict, Network):
+            self.judge = _Judge(self._parts.bundle, predict, order)
+            self._parts = replace(self._parts, recognizer=self.judge)
+        self.url, self._problem, self._closed = self._parts.link.url, "", False
+        self._thread = threading.Thread(target=self._run, name="live", daemon=True)
+        self._thread.start()
+
+    @property
+    def problem(self) -> str:
+        """Why it has ended; "" while it runs, and after a replay."""
+        return self._problem or (self.judge.problem if self.judge else "")
+
+    @property
+    def ended(self) -> bool:
+        """Whether a replay is over, or the predictor has failed."""
+        return not self._thread.is_alive()
+
+    def close(self) -> None:
+        """End the device."""
+        self._closed = True
+        self._thread.join(END_S)
+
+    def _run(self) -> None:
+        numbers = itertools.count(1)
+        loop = Loop(
+            self._parts.link,
+            lambda: open_device(self._parts, next(numbers)),
+            time.monotonic,
+            await_host=True,
+        )
+        try:
+            loop.run(lambda: self._closed or bool(self.judge and self.judge.problem))
+        except UserError as error:
+            self._problem = str(error)
+        finally:
+            self._parts.link.close()
+
+
+class _Live(Orb):
+    """An orb whose device is in this program."""
+
+    def __init__(self, server: _Server) -> None:
+        receiver = Receiver(lambda: open_transport(server.url))
+        receiver.start()
+        super().__init__(receiver)
+        self._server = server
+
+    def events(self) -> list[Press | Release | Command]:
+        """Return what has happened, as `Orb.events`; Error if the predictor failed."""
+        if self._server.problem:
+            raise UserError(self._server.problem)
+        events = super().events()
+        if self._server.ended and self.link == "lost":
+            self.close()
+        return events
+
+    def close(self) -> None:
+        """Say goodbye, and end the device."""
+        super().close()
+        self._server.close()
+
+
+def live(
+    predict: Network | Predict,
+    *,
+    classes: Sequence[str] = (),
+    base: Network | None = None,
+    **options: Any,
+) -> Orb:
+    """Return an orb whose gestures are those of a predictor, in this program; close it at the end.
+
+    Args:
+        predict: Network, or callable that returns probabilities, (1, classes), for a window,
+            (1, window, rows, columns), of images as of the device: 1.0 where untouched.
+        classes: Names of the probabilities in their order, "null" among them; (): those of `base`.
+        base: Source of the window, positions, thresholds and commands; None: as shipped.
+        options: sensor="lines:port=/dev/ttyACM0", replay="own.npz", mapping="own.toml", seed=7,
+            preset="paper-snr" or fault=("dead:2,3",), as of `controller`; by default a virtual orb.
+
+    Raises:
+        Error: An argument is unfit. `Orb.events` raises one if the predictor raises, takes longer
+            than a frame all the time, or returns no probabilities.
+    """
+    return _Live(_Server(predict, classes, base, options))
+
+
+def play(
+    predict: Network | Predict,
+    *,
+    classes: Sequence[str] = (),
+    base: Network | None = None,
+    words: Sequence[str] = (),
+    **options: Any,
+) -> None:
+    """Play Tetris in a window with a predictor, until it is closed; `words` are options of `host`.
+
+    Args:
+        predict: As of `live`.
+        classes: As of `live`.
+        base: As of `live`.
+        words: Such as ("--target", "keyboard").
+        options: As of `live`.
+
+    Raises:
+        Error: As of `live`, once the window is closed.
+    """
+    from host.__main__ import main
+
+    server = _Server(predict, classes, base, options)
+    try:
+        main(["--link", server.url, *words])
+    finally:
+        server.close()
+    if server.problem:
+        raise UserError(server.problem)
