@@ -193,14 +193,14 @@ def play(
     base: Network | None = None,
     words: Sequence[str] = (),
     **options: Any,
-) -> None:
-    """Play Tetris in a window with a predictor, until it is closed; `words` are options of `host`.
+) -> int:
+    """Play Tetris with a predictor until the window is closed; return the exit status of `host`.
 
     Args:
         predict: As of `live`.
         classes: As of `live`.
         base: As of `live`.
-        words: Such as ("--target", "keyboard").
+        words: Options of `host`, such as ("--target", "keyboard").
         options: As of `live`.
 
     Raises:
@@ -210,8 +210,9 @@ def play(
 
     server = _Server(predict, classes, base, options)
     try:
-        main(["--link", server.url, *words])
+        status: int = main(["--link", server.url, *words])
     finally:
         server.close()
     if server.problem:
         raise UserError(server.problem)
+    return status

@@ -91,6 +91,6 @@ def test_slips_are_answered_before_anything_starts() -> None:
 
 def test_a_game_is_played_with_a_callable_that_fails_at_its_end() -> None:
     words = ("--headless", "--seconds", "0.5")
-    orbtouch.play(poke, classes=CLASSES, words=words)
+    assert orbtouch.play(poke, classes=CLASSES, words=words) == 0
     with pytest.raises(orbtouch.Error, match=r"^broken raised ValueError"):
         orbtouch.play(broken, classes=CLASSES, words=("--headless", "--seconds", "3"))
