@@ -2,10 +2,10 @@
 
     import orbtouch
 
-    session = orbtouch.simulate(minutes=2)       # or orbtouch.load_recording("session.npz")
-    net = orbtouch.load_network()            # the one that ships, or load_network("my.orb")
-    print(net.evaluate([session]))           # figures with 95 % intervals
-    with orbtouch.connect() as orb:              # a virtual orb, or connect("/dev/rfcomm0")
+    session = orbtouch.simulate(minutes=2)   # or orbtouch.load_recording("session.npz")
+    network = orbtouch.load_network()        # the one that ships, or load_network("my.orb")
+    print(network.evaluate(session))         # figures with 95 % intervals
+    with orbtouch.connect() as orb:          # a virtual orb, or connect("/dev/rfcomm0")
         for command in orb:
             print(command.name, command.gesture)
 
@@ -65,8 +65,8 @@ _MODULES: "Final" = {
     **dict.fromkeys(("Contact", "Frame", "Orb", "Press", "Release"), "orbs"),
     **dict.fromkeys(("connect", "record"), "orbs"),
     **dict.fromkeys(("live", "play"), "in_process"),
-    **dict.fromkeys(("Recording", "load_recording", "simulate"), "recordings"),
-    "import_recordings": "recordings",
+    **dict.fromkeys(("Recording", "import_recordings"), "recordings"),
+    **dict.fromkeys(("load_recording", "simulate"), "recordings"),
     **dict.fromkeys(("Comparison", "Evaluation", "compare"), "results"),
     **dict.fromkeys(("Training", "train"), "training"),
     "Windows": "windows",

@@ -63,7 +63,7 @@ def source(
     if session:
         arrays["session"], facts["session"] = np.array([str(session)]), ("session",)
     checks.number(facts["pitch_mm"], "pitch_mm", 1e-3, 1e6)
-    return next(importer.recordings(arrays, described({"frames": "frames", **facts})))
+    return imported(arrays, {"frames": "frames", **facts})[0]
 
 
 def _array(given: ArrayLike, name: str, kinds: str, shape: tuple[int, ...]) -> NDArray[Any]:
@@ -101,15 +101,11 @@ def columns_of(table: "pandas.DataFrame") -> dict[str, Any]:
     return own
 
 
-def described(facts: Mapping[str, Any]) -> Description:
-    """Return a description; Error if it is impossible."""
+def imported(given: importer.Arrays | Path, facts: Mapping[str, Any]) -> list[Source]:
+    """Return the recordings in arrays, or in a file of them, by keys of a description."""
     try:
-        return config.settings(Description, facts)
+        told = config.settings(Description, facts)
     except config.ConfigError as error:
         raise UserError(f"the description {error}") from None
-
-
-def imported(path: Path, facts: Mapping[str, Any]) -> list[Source]:
-    """Return the recordings in a file of arrays or a table; see `import_recordings`."""
-    told = described(facts)
-    return list(importer.recordings(importer.read(path, told), told))
+    arrays = importer.read(given, told) if isinstance(given, Path) else given
+    return list(importer.recordings(arrays, told))

@@ -15,8 +15,9 @@ from controller.shared.errors import UserError, count
 from models.data import load
 from models.data.ground_truth import GroundTruth
 from models.data.splits import HoldOut
+from models.evaluation import tune
 from models.evaluation.event_counts import tally
-from models.evaluation.replay import debounced_stream, network_inputs
+from models.evaluation.replay import Stream, debounced_stream, network_inputs
 from orbtouch import checks, windows
 from orbtouch.networks import Network
 from orbtouch.recordings import Given, Recording, several
@@ -29,6 +30,10 @@ SUM: Final = 1e-3  # greatest error of a sum of probabilities
 Predict = Callable[[NDArray[np.float32]], ArrayLike]
 
 log = logging.getLogger("orbtouch")
+
+
+class _FewError(UserError):
+    """There are too few recordings."""
 
 
 @checks.sentences()
@@ -55,7 +60,8 @@ def evaluate(
         by: What an estimator's folds hold out as a whole: "user" or "session"; "": users if there
             are two or more.
         folds: Number of folds, 2 or more; no more than there are users or sessions.
-        debounce: Network whose debouncer is used; None: one with default settings.
+        debounce: Network whose debouncer's settings are used; None: those of an estimator are
+            chosen on a third of whom it learns from, a callable has the default ones.
 
     Raises:
         Error: An argument is unfit, the recordings cannot be split without a leak, or the
@@ -78,27 +84,57 @@ def evaluate(
         if len(kinds) > 1 or not same_rate(given[0].rate_hz, one.rate_hz, load.RATES):
             raise UserError(f"{given[0]!r} and {one!r} are not of one sensor and rate; part them")
     names = tuple(classes) or tuple(dict.fromkeys(name for one in given for name in one.classes))
-    settled = debounce._bundle.debounce if debounce else DebounceSettings()
+    given_settings = debounce._bundle.debounce if debounce else None
     tallies = {}
     for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
         learned = [one for one, out in zip(given, held, strict=True) if out != learns]
         settings = windows.settings_of([one._source for one in learned], window)
-        known, answers = np.arange(len(names)), predict
+        known, answers, chosen = np.arange(len(names)), predict, given_settings
         if learns:
+            chosen = chosen or _thresholds(predict, learned, settings, names)
             known, answers = _fitted(predict, learned, settings, names)
         for number in np.flatnonzero(held).tolist():
-            one, source = given[number], given[number]._cut()
-            truth = GroundTruth.of(source, names, one.name)
-            inputs = network_inputs(source.frames, settings)
-            outputs = np.zeros((len(inputs.windows), len(names)), dtype=np.float32)
-            for first in range(0, len(outputs), AT_ONCE):
-                some = slice(first, first + AT_ONCE)
-                columns = [names[i] for i in known]
-                outputs[some, known] = _checked(answers, inputs.windows[some], columns)
-            counts = tally(debounced_stream(truth, inputs, outputs, names, settled), names)
-            log.info("%s: %d of %s", one.name, counts.hits, count(counts.events, "gesture"))
+            stream = _stream(answers, known, given[number], settings, names, chosen)
+            counts = tally(stream, names)
+            said = count(counts.events, "gesture")
+            log.info("%s: %d of %s", given[number].name, counts.hits, said)
             tallies[number] = counts
     return evaluation_of(names, [tallies[number] for number in range(len(given))])
+
+
+def _thresholds(
+    estimator: Any, learned: Sequence[Recording], settings: PreprocessSettings, names: Sequence[str]
+) -> DebounceSettings | None:
+    """Return when a gesture counts, chosen on a third of the people, or sessions, learned from.
+
+    A copy that has not learned from these answers them. None if there is but one, or no gesture.
+    """
+    try:
+        held = _folds(learned, "", 3)[0]
+        parts = [[one for one, out in zip(learned, held, strict=True) if out == h] for h in (0, 1)]
+        known, answers = _fitted(estimator, parts[0], settings, names)
+        streams = [_stream(answers, known, one, settings, names, None) for one in parts[1]]
+        return tune.tune(names, DebounceSettings(), streams, tune.Goal()).chosen.settings
+    except (_FewError, ValueError):
+        return None
+
+
+def _stream(
+    predict: Predict,
+    known: NDArray[np.int64],
+    one: Recording,
+    settings: PreprocessSettings,
+    names: Sequence[str],
+    debounce: DebounceSettings | None,
+) -> Stream:
+    """Return what the device makes of a recording by probabilities of the classes known."""
+    source = one._cut()
+    truth, inputs = GroundTruth.of(source, names, one.name), network_inputs(source.frames, settings)
+    outputs = np.zeros((len(inputs.windows), len(names)), dtype=np.float32)
+    for first in range(0, len(outputs), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        outputs[some, known] = _checked(predict, inputs.windows[some], [names[i] for i in known])
+    return debounced_stream(truth, inputs, outputs, names, debounce or DebounceSettings())
 
 
 def _checked(
@@ -130,7 +166,7 @@ def _fitted(
     cut = [windows.cut(one._source, one.name, settings, names, one._span, every) for one in taught]
     y = np.concatenate([one.y for one in cut])
     if len(known := np.unique(y)) < 2:
-        raise UserError("a fold has windows of fewer than two classes; give more recordings")
+        raise _FewError("a fold has windows of fewer than two classes; give more recordings")
     own = copy.deepcopy(estimator)
     try:
         own.fit(np.concatenate([one.X for one in cut]), y)
@@ -154,7 +190,7 @@ def _folds(given: Sequence[Recording], by: str, folds: int) -> list[NDArray[np.b
     chosen = by or ("user" if len(np.unique(groups["user"])) > 1 else "session")
     many = len(np.unique(groups[chosen]))
     if many < 2:
-        raise UserError(
+        raise _FewError(
             f"all recordings are of one {chosen}, so none can be held out without a leak; give "
             f"recordings of two or more, with their {chosen} named"
         )

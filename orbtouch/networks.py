@@ -238,16 +238,11 @@ class Network:
         mirror = mirror if mirrored is None else mirrored
         found = [replace(one, rotations=turns, mirrored=mirror) for one in found]
         made = adapt.teach(self._data, found, command=command, own=own)
-        lesson = Lesson(
-            label,
-            len(found),
-            made.kept,
-            tuple(one for one in made.debounce.patient if one not in self._bundle.debounce.patient),
-            made.debounce.patience_s,
-            {name: taken.count(name) / len(taken) for name in self.classes[1:] if name in taken},
-            turns,
-            mirror,
-        )
+        waited, now = self._bundle.debounce.patient, made.debounce
+        delayed = tuple(one for one in now.patient if one not in waited)
+        like = {name: taken.count(name) / len(taken) for name in self.classes[1:] if name in taken}
+        cost = made.kept, delayed, now.patience_s, like
+        lesson = Lesson(label, len(found), *cost, turns, mirror)
         log.info("%s", lesson)
         return Network(bundles.assembled(made.manifest, made.parts), lesson)
 

@@ -1,9 +1,11 @@
 """Training of networks from recordings, with the words of `models train`."""
 
+import io
 import logging
 import re
 import shutil
 from collections.abc import Sequence
+from contextlib import redirect_stderr
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -113,25 +115,34 @@ def train(
         raise UserError(re.sub(r"--(\w+)", r"\1", str(error))) from None
 
 
+class _Progress(io.StringIO):
+    """Standard error of a training, whose lines are logged."""
+
+    def write(self, text: str) -> int:
+        """Log a line."""
+        if line := text.strip():
+            log.info("%s", line)
+        return len(text)
+
+
 def _trained(request: Request, resume: str) -> Training:
-    """Train, and return the result."""
     if find_spec("torch") is None:
         raise UserError(f"training needs PyTorch; {how_to_install('train')}")
     from models.training import train as driver
     from models.training.checkpoint import CheckpointError
 
     folder = driver.checkpoints(request)
-    if resume == "new" and folder.is_dir():
-        shutil.rmtree(folder)
+    if resume == "new":
+        shutil.rmtree(folder, ignore_errors=True)
     if request.epochs == 0:
         driver.choose_thresholds(request, log.info)
         return Training(load_network(request.out), {}, {}, ())
     try:
-        made = driver.train(request, log.info)
-    except CheckpointError as error:
-        log.warning("%s; it begins anew", error)
-        shutil.rmtree(folder)
-        made = driver.train(request, log.info)
+        with redirect_stderr(_Progress()):
+            made = driver.train(request, log.info)
+    except CheckpointError:
+        log.warning("the checkpoints in %s are of another training; it begins anew", folder)
+        return _trained(request, "new")
     parts = {name: getattr(made, name, None) for name in ("gesture", "location")}
     found = {name: part for name, part in parts.items() if part is not None}
     return Training(
@@ -145,8 +156,6 @@ def _trained(request: Request, resume: str) -> Training:
 def _paths(given: Paths) -> tuple[Path, ...]:
     """Return one path or several; Error for anything else."""
     several = [given] if isinstance(given, str | Path) else list(given)
-    for one in several:
-        if not isinstance(one, str | Path):
-            kind = type(one).__name__
-            raise UserError(f"a {kind} is no path; train takes files and folders, so save it first")
+    if odd := [type(one).__name__ for one in several if not isinstance(one, str | Path)]:
+        raise UserError(f"a {odd[0]} is no path; train takes files and folders, so save it first")
     return tuple(map(Path, several))

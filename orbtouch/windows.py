@@ -62,14 +62,13 @@ def cut(
 
     No window spans a missing frame or an excluded one. ValueError if there are no labels.
     """
-    inputs = network_inputs(source.frames, settings.plain)
+    inputs, origin = network_inputs(source.frames, settings.plain), source.origin
     labelled = Labelled.of(source, names=classes, label=labels_of(source))
     first = inputs.last[0] - settings.window + 1 if len(inputs.last) else len(source.frames)
     ready = np.arange(len(source.frames)) >= first
     use, last = usable_windows(ready.tolist(), labelled, settings.window)
     ends = use[last]
     ends = ends[(ends >= span.start) & (ends < span.stop)][::every]
-    origin = source.origin
     return Windows(
         inputs.windows[np.searchsorted(inputs.last, ends)],
         labelled.label[ends].astype(np.int64),
