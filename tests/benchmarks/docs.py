@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from controller.bundles.fingerprint import SHORT
 from controller.shared.files import atomic_write
+from tests.support.fingerprint import SHORT
 
 from . import docs_parts, stored
 from .docs_parts import PARTS, Part, PartError

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from controller.bundles import bundle
 from controller.bundles.bundle import USUAL
-from controller.bundles.fingerprint import SHORT, fingerprint
+from tests.support.fingerprint import SHORT, fingerprint
 
 from .results import say
 from .stored import ROOT, Stored, machine

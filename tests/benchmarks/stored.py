@@ -15,9 +15,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any, Final
 
-from controller.bundles.fingerprint import SHORT
 from controller.shared.files import atomic_write
 from models.results.storage import plain
+from tests.support.fingerprint import SHORT
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 FOLDER: Final = ROOT / "docs" / "figures"

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.bundles import bundle
-from controller.bundles.fingerprint import SHORT
 from controller.recordings import reader
 from controller.shared.aliases import Say
 from controller.simulator.session import TEST_SEEDS
@@ -26,6 +25,7 @@ MINUTES: Final = 6.0  # of each
 
 Results = dict[str, Any]
 
+_DIGITS: Final = 8  # of the bundle's hash, by which its results are known
 _EMPTY: Final = ("settings", "parts", "games")
 
 
@@ -79,7 +79,7 @@ def parts(
     of = f"{one.paths}"
     found: dict[str, tuple[str, Callable[[], Any]]] = {
         "section6": (of, partial(_section6, one)),
-        "bound": (f"{of} {bundle.read(path).hash[:SHORT]}", partial(_bound, one, path)),
+        "bound": (f"{of} {bundle.read(path).hash[:_DIGITS]}", partial(_bound, one, path)),
     }
     if not one.paths:
         of = f"{settings}"

@@ -9,10 +9,10 @@ import pytest
 
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
-from controller.bundles.fingerprint import fingerprint
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, Rule
 from controller.recognition.user_id import Users
+from tests.support.fingerprint import fingerprint
 
 SHIPPED = bundle.default_path()
 

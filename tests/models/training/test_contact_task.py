@@ -4,12 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.fingerprint import fingerprint
 from tests.support.model_commands import refused
 from tests.support.pytest_types import Capture
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller.bundles import bundle, fingerprint
+from controller.bundles import bundle
 from models.training.contact_task import LABEL, PARTS, train_contacts
 from models.training.request import Request
 
@@ -40,7 +41,7 @@ def test_a_bundle_learns_it_and_an_interrupted_training_simulates_nothing_twice(
     assert made.radius is not None
     assert made.contact.labels == (LABEL,)
     assert "fingertips are refused" in made.card["contact"]
-    assert fingerprint.fingerprint(made) != fingerprint.fingerprint(before)
+    assert fingerprint(made) != fingerprint(before)
 
 
 def test_contacts_need_no_recordings(tmp_path: Path, capsys: Capture) -> None:

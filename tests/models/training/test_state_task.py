@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.fingerprint import fingerprint
+
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller.bundles import bundle, fingerprint
+from controller.bundles import bundle
 from controller.simulator.orb import NOMINAL
 from models.data import moving_contacts
 from models.training.request import Request
@@ -28,7 +30,7 @@ def test_a_bundle_learns_it_and_recognises_as_before(tmp_path: Path) -> None:
     assert made.embedding_onnx == before.embedding_onnx
     assert result.place_mm < 15.0
     assert "simulated frames; median errors" in made.card["state"]
-    assert fingerprint.fingerprint(made) == fingerprint.fingerprint(before)  # of its answers
+    assert fingerprint(made) == fingerprint(before)  # of its answers
 
 
 def test_the_truth_beside_each_frame_is_of_what_touches_in_it() -> None:
