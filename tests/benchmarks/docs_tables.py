@@ -8,9 +8,9 @@ import numpy as np
 
 from models.reports import cards
 from models.reports.tables import Table
-from models.results import storage
 from models.results.evaluation import Evaluation
 from models.studies.paper import tables as paper
+from tests.support.plain_results import from_plain
 
 from .stored import Stored, caption
 
@@ -54,7 +54,7 @@ class Block:
 
 
 def _evaluation(found: Found) -> Evaluation:
-    card: Evaluation = storage.from_plain(Evaluation, found["card"].results)
+    card: Evaluation = from_plain(Evaluation, found["card"].results)
     return card
 
 

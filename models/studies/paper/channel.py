@@ -121,15 +121,13 @@ def session(value: Any) -> Session:
     Its entries are `events`, [[begin, end, intended command], ...], `commands`, [[time, recognised
     command], ...], and `seconds`.
     """
-    kinds = tuple[tuple[float, float, str], ...], tuple[tuple[float, str], ...]
-    events, commands = (
-        storage.from_plain(kind, value[key])
-        for kind, key in zip(kinds, ("events", "commands"), strict=True)
-    )
+    events, commands = value["events"], value["commands"]
+    if not all(isinstance(row[-1], str) for row in (*events, *commands)):
+        raise ValueError("a command of the game has no name")
     return Session(
-        [Event(on / 1000, off / 1000, name) for on, off, name in events],
-        [Answer(ms / 1000, name) for ms, name in commands],
-        storage.from_plain(float, value["seconds"]) / 60.0,
+        [Event(float(on) / 1000, float(off) / 1000, name) for on, off, name in events],
+        [Answer(float(ms) / 1000, name) for ms, name in commands],
+        float(value["seconds"]) / 60.0,
     )
 
 

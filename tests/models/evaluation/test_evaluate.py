@@ -18,6 +18,7 @@ from models.evaluation.replay import Stream
 from models.reports import cards
 from models.results import storage
 from models.results.evaluation import Evaluation, numbers
+from tests.support.plain_results import from_plain
 from tests.support.pytest_types import Capture
 from tests.support.recordings import LABELS, played
 
@@ -194,7 +195,7 @@ def test_a_result_becomes_a_card_and_json_where_the_unknown_is_null(shipped: lis
     assert told["results"][0]["f1"]["value"] == pytest.approx(result.f1.value, abs=1e-6)
     assert told["results"][0]["location"]["error"]["low"] is None  # of one session
     assert len(told["results"][0]["answered"]) == len(SHIPPED.labels)
-    again = storage.from_plain(Evaluation, told)
+    again = from_plain(Evaluation, told)
     assert again.debounce == pytest.approx(debounce)
     assert again.results[0].verdict == result.verdict
 
