@@ -262,7 +262,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
     except ConfigError as error:
         raise BundleError(str(error)) from None
-    if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
+    tables = [mapping.rules, *(own.rules for own in known.mappings.values())]
+    if not located and any(rules[1:] for table in tables for rules in table.values()):
         raise BundleError("maps gestures by their place, but has no location network")
     return Bundle(
         **{entry.name: getattr(plain, entry.name) for entry in fields(plain)},
@@ -352,11 +353,6 @@ def _settings(table: dict[str, Any]) -> BundleSettings:
     if not isinstance(added, list):
         raise BundleError(f"has added = {added!r} under [card]; expected is a list")
     return plain
-
-
-def _everywhere(mapping: Mapping) -> bool:
-    """Whether no rule depends on the place of a touch."""
-    return all(rules[-1:] == rules for rules in mapping.rules.values())
 
 
 def _check_parts(given: set[str], known: Users) -> None:

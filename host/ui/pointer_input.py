@@ -172,7 +172,7 @@ class PointerInput:
             return
         self._pointer = (x, y)
         self._rim = self._rim and self.pad.distance(x, y) > max(self.pad.centre)
-        if self._far_from_centre(x, y):
+        if self.pad.distance(x, y) > DEAD_CENTRE:
             angle = self._angle_of(x, y)
             self._round += math.remainder(angle - self._angle, math.tau)
             self._angle = angle
@@ -308,9 +308,6 @@ class PointerInput:
 
     def _angle_of(self, x: float, y: float) -> float:
         return math.atan2(y - self.pad.centre[1], x - self.pad.centre[0])
-
-    def _far_from_centre(self, x: float, y: float) -> bool:
-        return self.pad.distance(x, y) > DEAD_CENTRE
 
     def _goes_round(self) -> bool:
         """Whether the pointer has gone round rather than in or out."""

@@ -54,7 +54,11 @@ def train(request: Request, say: Say) -> Training | UserResult | ContactResult |
         window=base.window if users else request.window,
         every=request.every,
     )
-    _refuse_labels(data.vocabulary.labels)
+    if odd := [one for one in data.vocabulary.labels if not re.fullmatch(bundle.LABEL, one)]:
+        raise ValueError(
+            f"no bundle can have the label {odd[0]!r}; import the recordings again, with names of "
+            "small letters, digits and _ (label_names in orbtouch docs recording)"
+        )
     plan: UserPlan | NetworkPlan
     if users:
         plan = UserPlan.of(request, data, base, say)
@@ -95,12 +99,3 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
     far = tune.spread(streams)
     tune.write(request.out, request.start, found.chosen.settings, entry, far)
     return found
-
-
-def _refuse_labels(labels: tuple[str, ...]) -> None:
-    """Raise ValueError, before anything is learned, for labels that no bundle can hold."""
-    if odd := [label for label in labels if not re.fullmatch(bundle.LABEL, label)]:
-        raise ValueError(
-            f"no bundle can have the label {odd[0]!r}; import the recordings again, with names of "
-            "small letters, digits and _ (label_names in orbtouch docs recording)"
-        )

@@ -87,7 +87,8 @@ class HealthMonitor:
             rest: The baseline, (rows, columns); None: not known yet.
         """
         if self.due:
-            lines = [*self._leads(), *self._silent(dead), *self._hands(), *self._drift(rest)]
+            silent = [] if dead is None else [notice("taxels_dead", taxel_names(dead))]
+            lines = [*self._leads(), *silent, *self._hands(), *self._drift(rest)]
             self.found = tuple(lines[:MOST])
         return self.found
 
@@ -101,10 +102,6 @@ class HealthMonitor:
         if len(self._losses) >= _CRACKLES:
             return [notice("lead_crackles")]
         return []
-
-    def _silent(self, dead: Mask | None) -> list[str]:
-        """Return the line about dead taxels, (rows, columns)."""
-        return [] if dead is None else [notice("taxels_dead", taxel_names(dead))]
 
     def _hands(self) -> list[str]:
         if not self._ready and self._frame >= _UNREADY_S * self._rate_hz:
