@@ -4,6 +4,7 @@ import contextlib
 import logging
 import socket
 from collections.abc import Callable
+from importlib.resources import files
 from typing import Annotated, Any, Final
 
 from dbus_fast import DBusError
@@ -31,6 +32,8 @@ MANAGER: Final = "org.bluez.ProfileManager1"
 SOL_BLUETOOTH: Final = 274  # Linux, include/net/bluetooth/bluetooth.h, like the next two
 BT_SECURITY: Final = 4
 MEDIUM: Final = 2  # encrypted, with a key from pairing
+
+_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
 
 # Called with a connected socket, name and address of its host, and the host's path in BlueZ.
 Accept = Callable[[socket.socket, str, str], None]
@@ -128,23 +131,4 @@ def _encrypted(connection: socket.socket) -> bool:
 
 def record(channel: int = CHANNEL) -> str:
     """Return the SDP service record in BlueZ's XML, for an RFCOMM channel, 1 to 30."""
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<record>
-  <attribute id="0x0001"> <!-- service classes: the orb's, then serial port -->
-    <sequence><uuid value="{SERVICE_UUID}"/><uuid value="0x1101"/></sequence>
-  </attribute>
-  <attribute id="0x0004"> <!-- protocols: L2CAP, then RFCOMM on this channel -->
-    <sequence>
-      <sequence><uuid value="0x0100"/></sequence>
-      <sequence><uuid value="0x0003"/><uint8 value="0x{channel:02x}"/></sequence>
-    </sequence>
-  </attribute>
-  <attribute id="0x0005"> <!-- public browse group -->
-    <sequence><uuid value="0x1002"/></sequence>
-  </attribute>
-  <attribute id="0x0009"> <!-- serial port profile, version 1.2 -->
-    <sequence><sequence><uuid value="0x1101"/><uint16 value="0x0102"/></sequence></sequence>
-  </attribute>
-  <attribute id="0x0100"><text value="{ALIAS}"/></attribute>
-</record>
-"""
+    return _RECORD.format(uuid=SERVICE_UUID, channel=channel, name=ALIAS)

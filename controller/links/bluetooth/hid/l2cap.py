@@ -3,6 +3,7 @@
 Source: "Human Interface Device Profile", version 1.1.
 """
 
+from importlib.resources import files
 from typing import Final
 
 from controller.links.bluetooth.hid.reports import KEYBOARD, RELEASED, REPORT_MAP, Report
@@ -20,6 +21,8 @@ _GET_PROTOCOL, _SET_PROTOCOL, _DATA = 0x6, 0x7, 0xA
 _OK, _NO_SUCH_REPORT, _UNSUPPORTED, _BAD_PARAMETER = 0x0, 0x2, 0x3, 0x4
 _UNPLUG: Final = 0x5  # an operation of control
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
+
+_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
 
 
 class HidChannels:
@@ -94,49 +97,10 @@ def _handshake(result: int) -> bytes:
 
 def record(name: str) -> str:
     """Return the service record of a device name in BlueZ's XML: section 5.3 of the profile."""
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<record>
-  <attribute id="0x0001"><sequence><uuid value="0x1124"/></sequence></attribute>
-  <attribute id="0x0004"> <!-- control channel -->
-    <sequence>
-      <sequence><uuid value="0x0100"/><uint16 value="0x{CONTROL:04x}"/></sequence>
-      <sequence><uuid value="0x0011"/></sequence>
-    </sequence>
-  </attribute>
-  <attribute id="0x0005"><sequence><uuid value="0x1002"/></sequence></attribute>
-  <attribute id="0x0006"> <!-- English, UTF-8 -->
-    <sequence>
-      <uint16 value="0x656e"/><uint16 value="0x006a"/><uint16 value="0x0100"/>
-    </sequence>
-  </attribute>
-  <attribute id="0x0009"> <!-- HID profile 1.1 -->
-    <sequence><sequence><uuid value="0x1124"/><uint16 value="0x0101"/></sequence></sequence>
-  </attribute>
-  <attribute id="0x000d"> <!-- interrupt channel -->
-    <sequence><sequence>
-      <sequence><uuid value="0x0100"/><uint16 value="0x{INTERRUPT:04x}"/></sequence>
-      <sequence><uuid value="0x0011"/></sequence>
-    </sequence></sequence>
-  </attribute>
-  <attribute id="0x0100"><text value="{name}"/></attribute>
-  <attribute id="0x0101"><text value="a soft dome that learns gestures"/></attribute>
-  <attribute id="0x0102"><text value="{name}"/></attribute>
-  <attribute id="0x0201"><uint16 value="0x0111"/></attribute> <!-- HID 1.11 -->
-  <attribute id="0x0202"><uint8 value="0x{_GAMEPAD_CLASS:02x}"/></attribute>
-  <attribute id="0x0203"><uint8 value="0x00"/></attribute> <!-- no country -->
-  <attribute id="0x0204"><boolean value="false"/></attribute> <!-- bound to no single host -->
-  <attribute id="0x0205"><boolean value="true"/></attribute> <!-- comes back by itself -->
-  <attribute id="0x0206">
-    <sequence><sequence>
-      <uint8 value="0x22"/><text encoding="hex" value="{REPORT_MAP.hex()}"/>
-    </sequence></sequence>
-  </attribute>
-  <attribute id="0x0207">
-    <sequence><sequence><uint16 value="0x0409"/><uint16 value="0x0100"/></sequence></sequence>
-  </attribute>
-  <attribute id="0x0209"><boolean value="true"/></attribute> <!-- may run on a battery -->
-  <attribute id="0x020a"><boolean value="true"/></attribute> <!-- wakes its host -->
-  <attribute id="0x020d"><boolean value="true"/></attribute> <!-- can be connected to -->
-  <attribute id="0x020e"><boolean value="true"/></attribute> <!-- knows the boot protocol -->
-</record>
-"""
+    return _RECORD.format(
+        name=name,
+        control=CONTROL,
+        interrupt=INTERRUPT,
+        kind=_GAMEPAD_CLASS,
+        map=REPORT_MAP.hex(),
+    )
