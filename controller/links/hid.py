@@ -22,14 +22,7 @@ from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.errors import how_to_install
 from controller.shared.keymap.keymap import KeyMap
-from controller.shared.protocol.messages import (
-    Command,
-    ContactState,
-    Message,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.shared.protocol.messages import Message, Welcome
 
 CLASSIC = "classic"
 
@@ -78,7 +71,7 @@ class HidLink(KeyLink, BluetoothLink):
         """Press the keys of a command while States report it as held; move the axes by contacts."""
         if not self.connected:
             self.dropped += 1
-        taken = isinstance(message, Command | ContactState | State | Telemetry)
+        taken = isinstance(message, held_keys.Taken)
         if taken and not self._closed.is_set():
             self._registration.submit(self._take(message))
 

@@ -25,14 +25,7 @@ from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, RELEASED, Report, supersedes
 from controller.shared.errors import reason
 from controller.shared.keymap.keymap import KeyMap
-from controller.shared.protocol.messages import (
-    Command,
-    ContactState,
-    Message,
-    State,
-    Telemetry,
-    Welcome,
-)
+from controller.shared.protocol.messages import Message, Welcome
 from controller.shared.request_queue import RequestQueue
 
 IDLE_S: Final = 0.1  # greatest delay until a host that comes or goes is noticed
@@ -158,7 +151,7 @@ class UsbLink(KeyLink):
         """Press the keys of a command while States report it as held; move the axes by contacts."""
         if not self.connected:
             self.dropped += 1
-        elif isinstance(message, Command | ContactState | State | Telemetry):
+        elif isinstance(message, held_keys.Taken):
             self._messages.put(message)
 
     def close(self) -> None:

@@ -27,6 +27,8 @@ from controller.shared.protocol.messages import (
     hold_ms,
 )
 
+Taken = Command | ContactState | State | Telemetry  # messages that change keys or axes
+
 GAP_S: Final = 0.02  # between two taps of one key: more than a frame of a game at 60 Hz
 
 
@@ -61,7 +63,7 @@ class HeldKeys(KeyState):
             self._axes = NO_CONTACT
 
     def take(self, message: Message, now_s: float) -> None:
-        """Change keys or axes by a message: Command, State, Telemetry or ContactState."""
+        """Change keys or axes by a message, if it is one of `Taken`."""
         match message:
             case ContactState():
                 self.tick(now_s)
