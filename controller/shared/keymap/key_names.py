@@ -20,6 +20,7 @@ class Key:
     keysym: int  # X11: X11/keysymdef.h
     mac: int  # macOS: a virtual key code of Carbon's Events.h; -1: none
     scan: int  # Windows: scan code of set 1, plus `EXTENDED` after a byte E0
+    usage: int  # USB and Bluetooth: HID Usage Tables, "Keyboard/Keypad"; 0: none
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from controller.shared.keymap import key_names
 from controller.shared.keymap.keymap import Outputs
 from controller.shared.protocol.messages import ContactState
 
@@ -111,24 +112,7 @@ PNP_ID: Final = (
     + PRODUCT_VERSION.to_bytes(2, "little")
 )
 
-# Names of keys are places on a US keyboard, as in docs/keys.md; numbers are usages of the page
-# "Keyboard/Keypad" of the HID Usage Tables, section 10.
-_ROWS: Final[dict[int, tuple[str, ...]]] = {  # the usage of the first one; the others follow
-    0x04: tuple("abcdefghijklmnopqrstuvwxyz"),
-    0x1E: tuple("1234567890"),
-    0x28: ("enter", "escape", "backspace", "tab", "space"),
-    0x2D: ("minus", "equal", "leftbracket", "rightbracket", "backslash"),
-    0x33: ("semicolon", "apostrophe", "grave", "comma", "period", "slash"),
-    0x3A: tuple(f"f{n}" for n in range(1, 13)),
-    0x49: ("insert", "home", "pageup", "delete", "end", "pagedown"),
-    0x4F: ("right", "left", "down", "up"),
-    0x7F: ("mute", "volumeup", "volumedown"),
-    0xE0: ("ctrl", "shift", "alt", "meta", "rctrl", "rshift", "altgr"),
-}
-KEY_USAGES: Final = {
-    name: first + n for first, names in _ROWS.items() for n, name in enumerate(names)
-}
-
+KEY_USAGES: Final = {name: key.usage for name, key in key_names.KEYS.items() if key.usage}
 # Button numbers count from 1, in the order in which Linux and Android name those of a gamepad:
 # linux/input-event-codes.h, BTN_GAMEPAD and those that follow (3 and 6 are C and Z).
 BUTTON_NUMBERS: Final = {
