@@ -41,7 +41,7 @@ _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _ARMED: Final = "disarmed", "armed"
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
-_IDLE_HZ, _LIVELY_HZ = 20, 60  # pictures a second
+_IDLE_HZ, _LIVELY_HZ = 10, 60  # pictures a second
 
 
 class OrbApp(Orb):

@@ -38,12 +38,13 @@ class GestureRows:
         return view.labels.index(view.last.label), round((1.0 - passed_s / FADE_S) * _STEPS)
 
     def bars(self) -> tuple[int, ...]:
-        """Return the lengths of the filled bars, pixels."""
-        shares = self._view.probabilities
-        return tuple(
-            round(self._track(row).width * min(1.0, max(0.0, float(shares[k]))))
-            for k, row in self._rows
-        )
+        """Return the lengths of the filled bars, pixels; 0 where none is seen."""
+        lengths = []
+        for k, row in self._rows:
+            track, share = self._track(row), float(self._view.probabilities[k])
+            length = round(track.width * min(1.0, max(0.0, share)))
+            lengths.append(length if length >= track.height else 0)
+        return tuple(lengths)
 
     def draw(self, surface: pygame.Surface, now_s: float) -> None:
         """Draw all rows, that of a recognised gesture highlighted."""
@@ -58,7 +59,7 @@ class GestureRows:
                 surface.blit(plate, row)
             self._draw(surface, row, k)
             track = self._track(row)
-            if filled >= track.height:
+            if filled:
                 tint = palette.accent if fresh else palette.dim
                 bar = sprites.card((filled, track.height), track.height // 2, tint)
                 surface.blit(bar, track)
