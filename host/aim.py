@@ -21,7 +21,7 @@ DROP_MM: Final = 1.4  # of a rise: the piece drops
 SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
-FALLEN, AGAIN = 0.3, 1.6  # shares of its depth, and of the least since: the finger came back
+FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
@@ -97,11 +97,12 @@ class Aim:
             self._landed = self.touching = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
         self._several = max(0, self._several + (1 if touch.fingers > 1 else -1))
-        if self._several >= SEVERAL_FRAMES and self.touching:
-            self._spend()
-            return [*lifted, *self._back(game)]
-        if touch.fingers > 1:
-            return lifted
+        if self._steers and not self._settled:  # one that presses deeper may look like two
+            if self._several >= SEVERAL_FRAMES and self.touching:
+                self._spend()
+                return [*lifted, *self._back(game)]
+            if touch.fingers > 1:
+                return lifted
         return [*lifted, *self._move(touch, now_s, game)]
 
     def _move(self, touch: Touch, now_s: float, game: Game) -> list[Action]:
