@@ -1,4 +1,4 @@
-"""Few-shot learning of gestures on the device, with NumPy only (docs/teach.md).
+"""Few-shot learning of gestures on the device, with NumPy only (docs/teach-terminal.md).
 
     example = Example("double_tap", images)         # z images, (frames, rows, columns)
     taught = adapt.teach(path.read_bytes(), [example], command="hold")

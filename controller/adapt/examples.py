@@ -230,12 +230,14 @@ def thinned(
     return last[rng.integers(every) if copy and every > 1 else 0 :: every]
 
 
-def varied(example: Example, copies: int, rng: np.random.Generator) -> Iterator[Images]:
+def varied(example: Example, copies: int, rng: np.random.Generator) -> Iterator[Example]:
     """Yield variations of a whole example: other speed, strength, place on the grid and noise."""
+    assert example.span is not None
     for _ in range(copies):
-        seen, _ = paced(example.images, rng)
+        seen, at = paced(example.images, rng)
+        begin, end = ((place - at[0]) / (at[1] - at[0]) for place in example.span)
         seen = _turned(seen, _turns(example), rng, mirrored=example.mirrored)
-        yield vary_images(seen, rng)
+        yield replace(example, images=vary_images(seen, rng), span=(begin, end))
 
 
 def _turns(example: Example) -> list[int]:

@@ -63,7 +63,6 @@ class AdaptedBundle:
     kept: float = 1.0  # share of the rehearsed gestures whose class is unchanged
     # when its gestures fire; older ones may wait for a taught one
     debounce: DebounceSettings = field(default_factory=DebounceSettings)
-    recognised: Mapping[str, float] = field(default_factory=dict)  # the same by label
 
 
 def teach(
@@ -84,7 +83,8 @@ def teach(
         command: Command of a gesture that it was not trained with: a word or rules
             (docs/mapping.md); "": nothing, None: as before.
         note: Entry of the card; by default the gestures and numbers of examples.
-        again: Earlier examples of the same gestures and users are replaced.
+        again: Earlier examples of the same gestures and users are replaced; older gestures wait
+            for them where they must.
         own: What else is known of those who teach: stretches of other gestures and of null. They
             are rehearsed like windows of the training, and a third of them judges the lesson.
         progress: Called with the share that is done.
@@ -95,6 +95,8 @@ def teach(
     """
     before = lessons.read(data)
     fresh = _checked(before, examples)
+    for label in {one.label for one in fresh} if again else ():
+        before = _waited(before, label)
     replaced = {(one.label, one.user) for one in fresh} if again else set()
     rest = tuple(one for one in before.examples if (one.label, one.user) not in replaced)
     rules = {} if command is None else {one.label: command for one in fresh}
@@ -110,11 +112,38 @@ def forget(data: bytes, label: str, progress: Progress = lambda share: None) -> 
         AdaptError: The gesture was not taught.
         BundleError: The bundle is damaged.
     """
+    if label not in lessons.read(data).taught:
+        raise AdaptError(notice("not_taught", label))
+    return without(data, label, progress)
+
+
+def without(data: bytes, label: str, progress: Progress = lambda share: None) -> AdaptedBundle:
+    """Return a bundle without the examples of a gesture; BundleError if it is damaged."""
+    before = lessons.read(data)
+    rest = tuple(one for one in before.examples if one.label != label)
+    return _relearned(_waited(before, label), rest, {}, _notes(before, rest), progress)
+
+
+def waiting(
+    data: bytes, label: str, *, wait: bool, progress: Progress = lambda share: None
+) -> AdaptedBundle:
+    """Return a bundle in which older gestures wait for a taught one, or never do.
+
+    Raises:
+        AdaptError: The gesture was not taught.
+        BundleError: The bundle is damaged.
+    """
     before = lessons.read(data)
     if label not in before.taught:
         raise AdaptError(notice("not_taught", label))
-    rest = tuple(one for one in before.examples if one.label != label)
-    return _relearned(before, rest, {}, _notes(before, rest), progress)
+    before = _waited(before, label, wait=wait)
+    return _relearned(before, before.examples, {}, _notes(before, before.examples), progress)
+
+
+def _waited(before: Lessons, label: str, *, wait: bool = True) -> Lessons:
+    """Return lessons in which older gestures may wait for a gesture, or never do."""
+    eager = [one for one in before.debounce.eager if one != label] + [label] * (not wait)
+    return replace(before, debounce=replace(before.debounce, eager=tuple(eager)))
 
 
 # --- a lesson -------------------------------------------------------------------------------------
@@ -146,8 +175,7 @@ def _relearned(
     rows = {user: one.rows for user, one in fitted.items()}
     content[container.TAUGHT] = lessons.pack_taught(examples, lesson.own, before.debounce, rows)
     kept = min(one.kept for one in fitted.values())
-    recognised = next(iter(fitted.values())).recognised
-    return AdaptedBundle(_text(table), content, kept, settings, recognised)
+    return AdaptedBundle(_text(table), content, kept, settings)
 
 
 def _manifest(
@@ -184,7 +212,6 @@ class _Fitted(NamedTuple):
 
     rows: Head
     kept: float  # share of the rehearsed gestures whose class is unchanged
-    recognised: dict[str, float]  # by label: that of a taught one is of its examples' last windows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,7 +260,7 @@ class _Lesson:
         embedding = np.concatenate([self.known.embedding, self._embed(windows), own])
         progress(_READY)
         logits, old = self.head.logits(embedding), len(self.known.embedding)
-        taught, trained = slice(old, old + len(kinds)), logits.shape[1]
+        trained = logits.shape[1]
         # The target of old windows is the head's own output, with its confidence.
         target = np.zeros((len(embedding), len(self.labels)), dtype=np.float32)
         target[:old, :trained] = softmax(logits[:old])
@@ -257,15 +284,7 @@ class _Lesson:
                 break
         if kept < LEAST_KEPT:
             raise AdaptError(notice("suffer", kept))
-        recognised = {
-            self.labels[k]: float((now[before == k] == k).mean()) for k in set(before.tolist())
-        }
-        for k in sorted(set(kinds.tolist())):
-            if k >= trained:
-                last = (kinds == k) & (weights >= 0.99 * weights[kinds == k].max())
-                named = after[taught][last].argmax(axis=1)
-                recognised[self.labels[k]] = float((named == k).mean())
-        return _Fitted(rows, kept, recognised)
+        return _Fitted(rows, kept)
 
     def patient(
         self, settings: DebounceSettings, rows: Head, examples: Sequence[Example]
@@ -285,7 +304,7 @@ class _Lesson:
         What was learned is answered better than what will come: the variations are new to the head.
         """
         rng = np.random.default_rng(_SEED + 1)  # other variations than those learned
-        seen = [images for one in examples for images in (one.images, *varied(one, UNSEEN, rng))]
+        seen = [o.images for one in examples for o in (one, *varied(one, UNSEEN, rng))]
         cut = []
         for images in seen:
             whole = np.concatenate([np.repeat(images[:1], self.window - 1, axis=0), images])

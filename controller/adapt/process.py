@@ -3,9 +3,9 @@
 Three changes are made here: those of a command and of a touch strength, and the correction in play,
 by which a network learns the player's label of the latest touch. `few_shot` has the others.
 
-The child gets a change, a path and a target as a pickle on its standard input, and answers with
-pickles: the share that is done, and the outcome as the last one. The end of its standard input
-means that its parent has ended, and ends it.
+The child gets a function as a pickle on its standard input, and answers with pickles: the share
+that is done, and what the function returns as the last one. The end of its standard input means
+that its parent has ended, and ends it.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import tomli_w
 
@@ -43,6 +43,7 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 # Takes a bundle's file and `progress`; a partial of a function, since it goes to another process.
 Change = Callable[..., AdaptedBundle]
+Made = TypeVar("Made")
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
 LEAD_S: Final = 1.3  # of images before the touch
 CORRECTION_LIMIT: Final = 40  # corrections in a bundle
@@ -67,27 +68,36 @@ def alter(
     folder.mkdir(parents=True, exist_ok=True)
     out = folder / f"changed-{os.getpid()}.orb"
     try:
-        made = _run(change, path, out, progress)
+        made = run(partial(_made, change, path.resolve(), out), progress)
         install(out)
     finally:
         out.unlink(missing_ok=True)
     return made
 
 
-def _run(change: Change, path: Path, out: Path, progress: Progress) -> AdaptedBundle:
-    """Return what a process made of a bundle, and wrote to `out`."""
+def run(
+    work: Callable[..., Made],
+    progress: Progress = lambda share: None,
+    deadline_s: float = DEADLINE_S,
+) -> Made:
+    """Return what a function that takes `progress` returns, a float never, from a process.
+
+    Raises:
+        AdaptError: It is not possible; the message is a sentence.
+        OSError: The process cannot be started.
+    """
     environment = {**os.environ, **dict.fromkeys(_ENV, "1")}
     with (
         subprocess.Popen(
             COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
         ) as process,
-        _deadline(process.kill) as late,
+        _deadline(process.kill, deadline_s) as late,
     ):
         assert process.stdin is not None
         assert process.stdout is not None
         answer: Any = None
         with contextlib.suppress(BrokenPipeError, EOFError, pickle.UnpicklingError):
-            pickle.dump((change, path.resolve(), out), process.stdin)
+            pickle.dump(work, process.stdin)
             process.stdin.flush()
             while isinstance(answer := pickle.load(process.stdout), float):
                 progress(answer)
@@ -95,12 +105,18 @@ def _run(change: Change, path: Path, out: Path, progress: Progress) -> AdaptedBu
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
         if late.is_set():
-            raise AdaptError(notice("learn_late", DEADLINE_S))
+            raise AdaptError(notice("learn_late", deadline_s))
         if isinstance(answer, str):
             raise AdaptError(answer)
-        if not isinstance(answer, AdaptedBundle):
+        if answer is None or isinstance(answer, float):
             raise AdaptError(notice("learn_ended", status))
-    return answer
+    made: Made = answer
+    return made
+
+
+def _made(change: Change, path: Path, out: Path, progress: Progress) -> AdaptedBundle:
+    """Write a changed bundle to `out`, and return it without its parts."""
+    return write(change(path.read_bytes(), progress=progress), out)
 
 
 def set_command(
@@ -224,7 +240,7 @@ def _corrections(path: Path) -> int:
 
 
 @contextlib.contextmanager
-def _deadline(kill: Callable[[], None]) -> Iterator[threading.Event]:
+def _deadline(kill: Callable[[], None], seconds: float) -> Iterator[threading.Event]:
     """Call `kill` after the deadline, and set the event."""
     late = threading.Event()
 
@@ -232,7 +248,7 @@ def _deadline(kill: Callable[[], None]) -> Iterator[threading.Event]:
         late.set()
         kill()
 
-    timer = threading.Timer(DEADLINE_S, end)
+    timer = threading.Timer(seconds, end)
     timer.start()
     try:
         yield late
@@ -251,15 +267,15 @@ def main() -> None:
     """Make the change on standard input."""
     if hasattr(os, "nice"):
         os.nice(NICE)
-    change, path, out = pickle.load(sys.stdin.buffer)
+    work = pickle.load(sys.stdin.buffer)
     threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
 
-    def say(answer: float | str | AdaptedBundle) -> None:
+    def say(answer: object) -> None:
         pickle.dump(answer, sys.stdout.buffer)
         sys.stdout.buffer.flush()
 
     try:
-        say(write(change(path.read_bytes(), progress=say), out))
+        say(work(progress=say))
     except (AdaptError, BundleError) as error:
         say(str(error))
     except OSError as error:

@@ -1,6 +1,6 @@
 """Parse vocabularies: gestures to train, their symmetries and commands.
 
-A vocabulary is a TOML file beside the recordings (docs/teach.md):
+A vocabulary is a TOML file beside the recordings (docs/teach-terminal.md):
 
     name = "mine"
     extends = "paper"               # optional: the paper's gestures come first

@@ -89,6 +89,7 @@ class DebounceSettings:
         patient: Labels that wait for an awaited one.
         awaited: Labels that may begin like those.
         patience_s: How long they wait.
+        eager: Labels that none waits for, though they begin alike.
     """
 
     smoothing: float = field(default=0.4, metadata={"range": (0.01, 1.0)})
@@ -107,6 +108,7 @@ class DebounceSettings:
     patient: tuple[str, ...] = ()
     awaited: tuple[str, ...] = ()
     patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
+    eager: tuple[str, ...] = ()
 
     def weight(self, idle: Values) -> Values:
         """Return the weight of the newest probabilities, that of each frame for an array.
@@ -532,6 +534,8 @@ def patient(
         rate_hz: Frames per second.
         idle: Mean of |z - 1| of the examples where nothing touches.
     """
+    if label in settings.eager:
+        return settings
     weight, own = settings.weight(idle), labels.index(label)
     on, late = _NEAR * settings.on, _NEAR * settings.late
     eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)

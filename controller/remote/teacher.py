@@ -6,7 +6,10 @@ Nothing waits on the loop's thread: files are written by a `Worker`, and bundles
 
 from __future__ import annotations
 
+import contextlib
+import queue
 import re
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -25,6 +28,7 @@ from controller.remote.worker import BUSY, Worker, failed
 from controller.runtime.assemble import Parts, bundle_path
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
+from controller.sensors.base import Sensor
 from controller.sensors.geometry import SensorError
 from controller.shared import files
 from controller.shared.errors import reason
@@ -41,15 +45,18 @@ from controller.shared.protocol.teaching import (
     InjectFault,
     Learn,
     LearnStatus,
+    LessonCost,
     Recalibrate,
     SaveAs,
     SetCommand,
     SetStrength,
+    SetWaiting,
     Undo,
 )
 from controller.shared.touch_strength import DECIMALS, scaled
 
 MOST_SAVED: Final = 100  # bundles kept by SaveAs
+_MEASURED_S: Final = 900.0  # in which the cost of a lesson is measured; slow devices take minutes
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
@@ -88,17 +95,21 @@ class Teacher(Handler):
         self._examples = examples
         self._progress = self._told = 0.0  # of the change under way, and as last sent
         self._changing = False
-        self._recognised: dict[str, float] = {}  # of its outcome, by label
+        self._learned = ""  # the gesture of the present change; "" of another one
+        self._costs: queue.SimpleQueue[LessonCost] = queue.SimpleQueue()
         self._changes: dict[type[Message], Callable[[Any, Parts], Callable[[], str]]] = {
             Undo: lambda message, parts: self._undo,
             SetCommand: self._setting,
             SetStrength: self._strengthening,
+            SetWaiting: self._waiting,
             Forget: self._forgetting,
             Learn: self._learning,
         }
 
     def poll(self, device: Device) -> Sequence[Message]:
-        """Return the progress of the change under way, when it has advanced."""
+        """Return the progress of the change under way when it has advanced, and new costs."""
+        if not self._costs.empty():
+            return [self._costs.get_nowait() for _ in range(self._costs.qsize())]
         if self._progress == self._told:
             return ()
         self._told = self._progress
@@ -158,7 +169,8 @@ class Teacher(Handler):
         except ValueError as error:
             return [failed(str(error))]
         self._progress = self._told = 0.0
-        self._recognised, self._changing = {}, True
+        self._changing = True
+        self._learned = message.label if isinstance(message, Learn) else ""
         self._updater.begin(work, self._outcome)
         return [LearnStatus(LEARNING, 0.0, notice("learning"))]
 
@@ -192,6 +204,11 @@ class Teacher(Handler):
         done = notice("strength", strength or common)
         change = partial(process.set_strength, strength=strength, user=user)
         return partial(self._alter, change, done)
+
+    def _waiting(self, message: SetWaiting, parts: Parts) -> Callable[[], str]:
+        """Return what lets older gestures wait for a taught one, or not."""
+        change = partial(few_shot.waiting, label=message.label, wait=message.wait)
+        return partial(self._alter, change, notice("gesture", message.label))
 
     def _learning(self, message: Learn, parts: Parts) -> Callable[[], str]:
         """Return what learns a gesture from its pending examples; ValueError."""
@@ -231,13 +248,29 @@ class Teacher(Handler):
             lambda out: self._install(out, before),
             self._advance,
         )
-        self._recognised = dict(made.recognised)
         waits = made.debounce.patient
         if fresh := [label for label in waits if label not in parts.bundle.debounce.patient]:
             older = listed(notice("gesture", label) for label in fresh)
             code = "wait" if fresh[1:] else "waits"
             done = notice("joined", done, notice(code, older, made.debounce.patience_s))
         return done
+
+    def measure(self, path: Path, label: str, sensor: Sensor) -> None:
+        """Measure what a lesson cost, on a thread; without success nothing is known.
+
+        It is performed by the hand of a virtual orb, or by the usual one.
+        """
+        from controller.adapt import cost
+        from controller.sensors.virtual import Virtual
+
+        hand = cost.Hand()
+        if isinstance(sensor, Virtual):
+            hand = cost.Hand(sensor.seed or 0, sensor.quick, sensor.model)
+        with contextlib.suppress(AdaptError, OSError):
+            measure = partial(cost.measure, path, label, hand)
+            for one in process.run(measure, deadline_s=_MEASURED_S):
+                outcomes = (*one.before, *one.now, *one.eager)
+                self._costs.put(LessonCost(label, one.label, one.of, *outcomes))
 
     def _advance(self, share: float) -> None:
         self._progress = 0.8 * share  # the rest is for the self-test
@@ -249,10 +282,11 @@ class Teacher(Handler):
     def _outcome(self, done: bool, text: str) -> Message:
         """Return the outcome of a change."""
         self._changing = False
-        new, recognised = self._updater.loaded.parts, self._recognised
-        labels = new.bundle.labels if done and recognised and new is not None else ()
-        kept = tuple(recognised.get(label, 1.0) for label in labels)
-        return LearnStatus(DONE if done else FAILED, 1.0, text, kept)
+        new = self._updater.loaded.parts
+        if done and self._learned and new is not None:
+            arguments = bundle_path(new.options), self._learned, new.sensor
+            threading.Thread(target=self.measure, args=arguments, daemon=True).start()
+        return LearnStatus(DONE if done else FAILED, 1.0, text)
 
 
 def _check_command(command: str) -> None:

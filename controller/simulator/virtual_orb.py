@@ -46,6 +46,7 @@ class VirtualOrb:
 
     Attributes:
         quick: Whether the hand is as quick as in fast play.
+        repertoire: What the hand can do.
     """
 
     quick = False
@@ -68,7 +69,7 @@ class VirtualOrb:
         model = replace(model, electronics=replace(model.electronics, dead=0.0, leaky=0.0))
         orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
         self.rate_hz, self.model = rate_hz, model
-        self._repertoire = shipped() if repertoire is None else repertoire
+        self.repertoire = shipped() if repertoire is None else repertoire
         self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model, day)
         self._step_hz = rate_hz * self._simulator.steps_per_frame
         style, self._rng = _come(people, user, day)
@@ -122,11 +123,11 @@ class VirtualOrb:
             self._rng,
             grid=grid,
             step_hz=self._step_hz,
-            repertoire=self._repertoire,
+            repertoire=self.repertoire,
             quick=self.quick,
         )
         self._running.append(_Running(number, t_s, done))
-        if not self._repertoire[label].distractor:
+        if not self.repertoire[label].distractor:
             (thumb,) = self._thumbs.spawn(1)
             event = Event(t_s + done.onset_s, t_s + done.release_s, label)
             self._presses.append((event, thumb))

@@ -225,7 +225,8 @@ class OrbApp(Orb):
         elif isinstance(message, State):
             steered = self.aiming.plays(screen)
             self._gestures.hold(() if steered else message.pressed, now_s)
-            leaves = "drop" in message.pressed and (self._taken or isinstance(screen, PlayScreen))
+            page = self._taken and isinstance(screen, OrbScreen) and screen.long_leaves
+            leaves = "drop" in message.pressed and (page or isinstance(screen, PlayScreen))
             self._long_s = now_s + _LONG_S if leaves else math.inf
 
     def _report(self, message: Message, now_s: float) -> None:
@@ -265,6 +266,7 @@ class OrbApp(Orb):
                 self._events.append(event)
 
     def _touch(self, event: pygame.event.Event, now_s: float) -> None:
+        self.screen_touched |= event.type in _FINGERS
         self._point(event, now_s, self.panel.projection, self._size)
 
     def _mouse(self, event: pygame.event.Event, now_s: float) -> None:

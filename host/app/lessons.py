@@ -5,12 +5,11 @@
     number = lessons.begin_example("swipe")   # the player begins; `end_example` when done
     lessons.change(Learn("swipe", "hold"))
 
-`Trial` judges the player's attempts at one gesture.
+`Trial` judges the player's attempts at gestures.
 """
 
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from controller.shared.protocol.messages import Command, Message, Request, Telemetry
@@ -25,10 +24,13 @@ from controller.shared.protocol.teaching import (
     ExampleTaken,
     Forget,
     LearnStatus,
+    LessonCost,
+    SetWaiting,
     TouchStrength,
     UserInfo,
     Vocabulary,
 )
+from host.app.traces import Trace
 
 NOTHING: Final = ""  # the answer to a touch that was no gesture
 LATE_S: Final = 0.8  # a gesture may wait for one that begins alike
@@ -45,7 +47,9 @@ class Lessons:
         examples: Outcomes of the examples by number, also of those that were not felt.
         open: Number of the example under way; None if there is none.
         status: Progress or outcome of the last change; None before the first.
-        kept: For each label, the share of its touches still recognised at the last change.
+        costs: What each gesture became by the last lesson, by label; {} while it is measured.
+        waits: Whether older gestures wait for the one that was learned last.
+        traces: What was seen of the examples of this visit, by number.
     """
 
     send: Callable[[Request], object]
@@ -56,6 +60,9 @@ class Lessons:
     examples: dict[int, ExampleTaken] = field(default_factory=dict)
     open: int | None = None
     status: LearnStatus | None = None
+    costs: dict[str, LessonCost] = field(default_factory=dict)
+    waits: bool = True
+    traces: dict[int, Trace] = field(default_factory=dict)
     _next: int = 0
 
     def begin(self) -> None:
@@ -73,14 +80,6 @@ class Lessons:
     def objection(self) -> str:
         """Return why nothing can be taught, a sentence; "" if it can, or is not known yet."""
         return self.vocabulary.objection if self.vocabulary else ""
-
-    @property
-    def kept(self) -> dict[str, float]:
-        """Return the share of touches still recognised, by label; {} if unknown."""
-        if self.vocabulary is None or self.status is None:
-            return {}
-        pairs = zip(self.vocabulary.labels, self.status.kept, strict=False)
-        return {label: share for label, share in pairs if label != "null"}
 
     def strength(self, user: str) -> float:
         """Return the touch strength of a user; "": of those without one of their own."""
@@ -100,10 +99,14 @@ class Lessons:
             self.strengths[message.user] = message.strength
         elif isinstance(message, ExampleTaken):
             self.examples[message.number] = message
+            if trace := self.traces.get(message.number):
+                self.traces[message.number] = replace(trace, seconds=message.seconds)
             if message.number == self.open:
                 self.open = None  # it was too long, or refused
         elif isinstance(message, LearnStatus):
             self.status = message
+        elif isinstance(message, LessonCost):
+            self.costs[message.label] = message
 
     def connected(self) -> None:
         """Begin with a new session: ask for the gestures; what was under way is over."""
@@ -119,7 +122,7 @@ class Lessons:
             self.end_example(keep=False)
         self._next = max(self._next, self.first, max(self.examples, default=0) + 1)
         number, self._next = self._next, self._next + 1
-        self.open = number
+        self.open, self.traces[number] = number, Trace()
         self.send(ExampleStart(number, label))
         return number
 
@@ -143,37 +146,34 @@ class Lessons:
                 self.examples = {k: one for k, one in self.examples.items() if one.label != label}
             case DeleteExamples():
                 self.examples = {}
+        self.waits = not isinstance(request, SetWaiting) or request.wait
+        if not isinstance(request, SetWaiting):
+            self.costs = {}
         self.status = LearnStatus(LEARNING, 0.0, "")
         self.send(request)
 
 
 @dataclass
 class Trial:
-    """The player tries one gesture some times: how often was it understood?
+    """The player tries gestures for as long as they like: what was meant, what was understood?
 
     A touch is understood if the gesture is recognised in it, or within `LATE_S` after it.
 
     Attributes:
-        label: The gesture that is tried.
-        heard: For each attempt that is over, the gesture recognised: `NOTHING` if none.
+        label: The gesture that is meant from now on.
+        heard: For each attempt that is over, what was meant and recognised: `NOTHING` if none.
     """
 
     label: str
-    heard: list[str] = field(default_factory=list)
+    heard: list[tuple[str, str]] = field(default_factory=list)
     _held: str = ""
     _best: str = NOTHING  # of the touch under way
     _touched: bool = False
     _ended_s: float | None = None  # when the touch ended whose answer may still come
 
-    @property
-    def understood(self) -> int:
-        """Return the number of touches that were understood."""
-        return self.heard.count(self.label)
-
-    @property
-    def confused(self) -> list[tuple[str, int]]:
-        """Return the other answers and their numbers, the most frequent first."""
-        return Counter(one for one in self.heard if one != self.label).most_common()
+    def count(self, label: str) -> tuple[int, int]:
+        """Return how often a gesture was understood, and tried."""
+        return self.heard.count((label, label)), sum(meant == label for meant, _ in self.heard)
 
     def touch(self, down: bool, now_s: float) -> None:
         """Take the beginning or the end of a touch, as the host's pointer makes it."""
@@ -206,7 +206,7 @@ class Trial:
     def _close(self) -> None:
         """Count the touch under way, if there is one."""
         if self._ended_s is not None:
-            self.heard.append(self._best)
+            self.heard.append((self.label, self._best))
         self._best, self._ended_s = NOTHING, None
 
 

@@ -46,6 +46,7 @@ class Orb(Target):
         zones: Whether the dome shows which command a press gives where.
         note: A sentence under the dome; "": the usual ones.
         lessons: What it reported about teaching, and the requests about that.
+        screen_touched: Whether fingers on a touch screen have touched it.
         upload: The installation of a bundle under way, or the last one; None before.
     """
 
@@ -55,6 +56,7 @@ class Orb(Target):
         self.zones, self.note = False, ""
         self.lessons = Lessons(self.send, first=int(time.time()))  # no example had this number
         self.upload: BundleUpload | None = None
+        self.screen_touched = False
         self._due: list[Message] = []  # for the orb
         self._now_s = self._deaf_until_s = 0.0  # no command is taken before
 
@@ -111,6 +113,8 @@ class Line:
 
 class OrbScreen(MenuScreen):
     """A menu page that takes what the orb recognises and reports before the menu does."""
+
+    long_leaves = True  # whether a long pinch leaves it while gestures are no steps
 
     def __init__(self, stage: Stage, orb: Orb) -> None:
         self.orb = orb

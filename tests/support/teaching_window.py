@@ -17,9 +17,11 @@ from controller.shared.protocol.teaching import (
     GestureInfo,
     Learn,
     LearnStatus,
+    LessonCost,
     SaveAs,
     SetCommand,
     SetStrength,
+    SetWaiting,
     TouchStrength,
     Undo,
     UserInfo,
@@ -69,12 +71,12 @@ class FakeOrb:
                 return [LearnStatus(FAILED, 1.0, "the examples are too different")]
             case Learn(label=label, command=command):
                 self.taught[label] = command
-                self.pending.clear()
-                kept = (1.0, 0.98, *[1.0] * (len(self.taught) + 3))
                 return [
                     LearnStatus(LEARNING, 0.5, ""),
                     *self.described(),
-                    LearnStatus(DONE, 1.0, "press waits 0.2 s for it", kept),
+                    LearnStatus(DONE, 1.0, "press waits 0.2 s for it"),
+                    LessonCost(label, "press", 20, 20, 0.15, 20, 0.4, 20, 0.15),
+                    LessonCost(label, label, 20, 0, 0.0, 19, 0.4, 6, 0.4),
                 ]
             case Forget(label=label):
                 del self.taught[label]
@@ -94,7 +96,7 @@ class FakeOrb:
             case SetStrength(strength=strength, user=user):
                 self.strengths[user] = strength
                 return [*self.described(), LearnStatus(DONE, 1.0, "done")]
-            case Undo() | SaveAs():
+            case Undo() | SaveAs() | SetWaiting():
                 return [LearnStatus(DONE, 1.0, "done")]
         return []
 

@@ -250,13 +250,9 @@ def teach(camera: Camera) -> None:
         if number == 4:
             camera.run(0.5)
             camera.save(PICTURES / "app-examples.png")
-    camera.at("DetailsPage")
-    camera.run(0.5)
-    camera.save(PICTURES / "app-new.png")
     camera.choose("Learn")
-    camera.at("LearningPage")
     camera.speed = 4.0
-    camera.at("TryPage")
+    camera.until(lambda: camera._item("End the trial") is not None)
     camera.speed = 1.8
     for number in range(1, 6):
         swipe(camera, number)

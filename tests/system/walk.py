@@ -20,12 +20,11 @@ LEAVES: Final = frozenset({"That was…"})
 # Pages that take gestures for themselves: a held pinch leaves them, none reaches their items.
 TAKING: Final = frozenset(
     {
-        "ExamplesPage",
+        "GesturePage",
         "LabScreen",
         "LearnScreen",
         "RecordPage",
         "CheckScreen",
-        "TryPage",
         "WatchScreen",
     }
 )

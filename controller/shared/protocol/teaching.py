@@ -1,4 +1,4 @@
-"""Messages for teaching gestures over the link: requests 51 to 66, reports 13 to 15 and 26 to 31.
+"""Messages for teaching gestures over the link: requests 51 to 67, reports 11, 13 to 15, 26 to 31.
 
 Registered with those of `messages`; docs/protocol.md is the specification.
 """
@@ -131,6 +131,14 @@ class SetStrength(Request):
     user: codec.Text40 = ""  # enrolled user; "": everybody without one
 
 
+@message(67)
+class SetWaiting(Request):
+    """Host to device: whether older gestures wait for a taught one that begins like them."""
+
+    label: codec.Text40
+    wait: codec.Bool
+
+
 @message(26)
 class Vocabulary(Report):
     """Device to host: the gestures in use; the answer to Describe, and after every change.
@@ -209,8 +217,26 @@ class LearnStatus(Report):
     state: codec.U8  # LEARNING, DONE, FAILED
     progress: codec.Share
     text: codec.Sentence500  # or ""
-    # For each of Vocabulary.labels: share of its rehearsed touches that are recognised; () unknown
+    # empty; of earlier devices, for each of Vocabulary.labels the share of rehearsed touches kept
     kept: codec.Shares = ()
+
+
+@message(11)
+class LessonCost(Report):
+    """Device to host: what a gesture became by the last lesson, in simulated play; after Learn.
+
+    Latencies are medians from the onset of the touch, seconds; 0 where none was understood.
+    """
+
+    taught: codec.Text40  # the gesture that was learned
+    label: codec.Text40  # the one that was played
+    of: codec.U8  # how often
+    before: codec.U8  # how often it was understood before the lesson,
+    before_s: codec.Deviation
+    now: codec.U8  # after it,
+    now_s: codec.Deviation
+    eager: codec.U8  # and if no older gesture waited for the taught one
+    eager_s: codec.Deviation
 
 
 @message(30)
@@ -245,5 +271,5 @@ class CheckRow(Report):
 TEACHING: Final = (  # the requests
     *(Describe, ExampleStart, ExampleEnd, ExampleDrop, Learn, Forget, Undo, SaveAs, SetCommand),
     *(DeleteExamples, Record, RecordLabel, InjectFault, Recalibrate, Check),
-    SetStrength,
+    *(SetStrength, SetWaiting),
 )

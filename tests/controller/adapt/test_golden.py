@@ -50,7 +50,7 @@ def answers() -> Answers:
                     ::7, :, ::9
                 ]
             rng = np.random.default_rng(5)
-            many = np.concatenate(list(varied(one, 4, rng)))
+            many = np.concatenate([each.images for each in varied(one, 4, rng)])
             made[f"{key}-varied"] = many.reshape(len(many), -1)[::5, ::7]
     return {key: array.astype(np.float32) for key, array in made.items()}
 

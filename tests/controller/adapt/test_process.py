@@ -62,8 +62,9 @@ def test_a_change_that_breaks_ends_with_its_status(tmp_path: Path) -> None:
 
 def test_learning_ends_with_the_program_that_asked_for_it(tmp_path: Path) -> None:
     out, change = tmp_path / "new.orb", partial(few_shot.teach, examples=[swipe()])
+    work = partial(process._made, change, SHIPPED, out)
     done = subprocess.run(  # the end of its input is the end of its parent
-        process.COMMAND, input=pickle.dumps((change, SHIPPED, out)), capture_output=True, timeout=60
+        process.COMMAND, input=pickle.dumps(work), capture_output=True, timeout=60
     )
     assert (done.returncode, done.stderr) == (1, b"")
     assert not out.exists()

@@ -126,13 +126,12 @@ def test_a_swipe_is_taught_understood_and_undone(player: Player) -> None:
     player.lessons.change(SWIPE)
     assert player.outcome() == DONE
     assert player.labels[-1] == "swipe"
-    assert min(player.lessons.kept.values()) > 0.9
     player.trial = Trial("swipe")
     for _ in range(5):
         player.swipe()
         player.rest(AFTER_S)
     assert len(player.trial.heard) == 5
-    assert player.trial.understood >= 4
+    assert player.trial.count("swipe")[0] >= 4
     player.lessons.change(Undo())
     assert player.outcome() == DONE
     assert "swipe" not in player.labels

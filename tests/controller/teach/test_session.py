@@ -145,8 +145,8 @@ def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do() -> None
 
 
 def test_the_vocabulary_in_the_documentation_is_one() -> None:
-    whole = (ROOT / "docs" / "teach.md").read_text(encoding="utf-8")
+    whole = (ROOT / "docs" / "teach-terminal.md").read_text(encoding="utf-8")
     text = whole.partition("```toml\n")[2].partition("```")[0]
-    words = vocabulary.parse(text, "docs/teach.md", Path())
+    words = vocabulary.parse(text, "docs/teach-terminal.md", Path())
     assert (words.labels, words.located) == (("null", "press", "knock"), ("press",))
     assert words.mapping.command("knock", None) == "hold"

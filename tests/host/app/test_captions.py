@@ -5,7 +5,7 @@ from dataclasses import replace
 import pygame
 import pytest
 
-from host.app.screens.teach.new_gesture import DetailsPage
+from host.app.screens.teach.gesture import GesturePage
 from host.connection.receiver import Connected, Delivered, Received
 from tests.support.app_window import WELCOME
 from tests.support.pytest_types import Patch
@@ -48,7 +48,6 @@ def test_no_caption_is_cut_where_symmetries_are_asked(name: str, cut: list[str])
         window.choose(door)
     for _ in range(3):
         window.touch()
-    window.choose("Next")
     stage = window.app.stage
     stage.change(replace(stage.settings, language=name))
     cut.clear()
@@ -58,5 +57,5 @@ def test_no_caption_is_cut_where_symmetries_are_asked(name: str, cut: list[str])
                 item.step(1)
         window.screen.rebuild()
         window.pass_s(0.1)
-    assert isinstance(window.screen, DetailsPage)
+    assert isinstance(window.screen, GesturePage)
     assert not cut

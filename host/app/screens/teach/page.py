@@ -57,10 +57,11 @@ class TeachPage(OrbScreen):
         """Show a page on top of this one."""
         self._stage.push(page)
 
-    def ask(self, question: str, do: Do) -> None:
-        """Ask whether to do something, once."""
+    def ask(self, question: str, label: str, do: Do) -> None:
+        """Ask whether to do something, with a gesture or none (""), once."""
+        asked = self.words(question, name=naming.gesture(self.words, label))
         choices = [(self.words("teach.no"), self.rebuild), (self.words("teach.yes"), do)]
-        self.show(ChoicePage(self.course, self.words(question), choices))
+        self.show(ChoicePage(self.course, asked, choices))
 
     def leaving(self, do: Do) -> Do:
         """Return what leaves the page, and does something then."""
@@ -178,7 +179,7 @@ def command_page(course: Course, title: str, label: str, user: str = "") -> Choi
 
 
 class NamePage(TeachPage):
-    """A page on which a name is chosen from some, or typed: small letters and _."""
+    """A page on which a name is chosen from some, or typed: small letters and spaces."""
 
     def __init__(
         self, course: Course, title: str, names: Sequence[str], chosen: Callable[[str], None]
@@ -191,7 +192,7 @@ class NamePage(TeachPage):
     def page(self) -> Menu:
         """Return the names."""
         words, take = self.words, self._taking(self._typed) if self._typed else None
-        typed = self.item("teach.typed", take, f"{self._typed}_")
+        typed = self.item("teach.typed", take, f"{self._typed.replace('_', ' ')}|")
         proposed = [Item(naming.gesture(words, name), self._taking(name)) for name in self._names]
         items = [typed, *proposed] if self._typed else [*proposed, typed]
         return Menu(words(self._title), [*items, self.back_item()], notice=self.notice())

@@ -1,11 +1,12 @@
 """First page of Teach: the gestures in use, and what can be done with them."""
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Final
 
 import pygame
 
-from controller.shared.protocol.messages import Correction, Report, UploadStatus
+from controller.shared.protocol.messages import COMMANDS, Correction, Report, UploadStatus
 from controller.shared.protocol.teaching import (
     DeleteExamples,
     Forget,
@@ -15,8 +16,7 @@ from controller.shared.protocol.teaching import (
     SetCommand,
     Undo,
 )
-from host.app.screens.teach.examples import ExamplesPage
-from host.app.screens.teach.new_gesture import NAMES, new_plan, plan_of, save_as
+from host.app.screens.teach.gesture import GesturePage, save_as
 from host.app.screens.teach.page import (
     ChoicePage,
     Course,
@@ -33,8 +33,27 @@ from host.ui import naming
 from tetris.kit.menu import Item, Menu
 
 _ICON: Final = 19  # radius, design units
+_WIDE: Final = 560  # of the list, as other pages
+_BY_POINTER: Final = ("swipe", "double_tap", "circle")  # proposed names of gestures
+_BY_HAND: Final = ("squeeze", "knock")  # those that take more than one finger
 _NULL: Final = "null"
 _FIRST: Final = 1  # number of the first gesture's item
+
+
+def plan_of(gesture: GestureInfo) -> Learn:
+    """Return the plan to teach a gesture anew with its command."""
+    return _plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
+
+
+def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Learn:
+    """Return the plan of a new gesture, for a command that none of the others has."""
+    reachable = {rule.command for one in gestures for rule in one.rules}
+    free = [name for name in ("hold", *COMMANDS) if name not in reachable]
+    return _plan(label, free[0] if free else "hold")
+
+
+def _plan(label: str, command: str) -> Learn:
+    return Learn(label, command, "none", False, "")
 
 
 class TeachScreen(TeachPage):
@@ -82,7 +101,10 @@ class TeachScreen(TeachPage):
     # -- pages that it leads to ----------------------------------------------------------
 
     def _new(self) -> None:
-        names = [name for name in NAMES if name not in self.orb.state.gestures]
+        phone = self.orb.phone is not None and self.orb.phone.phone is not None
+        hands = not self.orb.virtual or phone or self.orb.screen_touched
+        proposed = (*_BY_POINTER, *_BY_HAND) if hands else _BY_POINTER
+        names = [name for name in proposed if name not in self.orb.state.gestures]
         self.show(NamePage(self.course, "teach.name", names, self._named))
 
     def _named(self, label: str) -> None:
@@ -91,19 +113,19 @@ class TeachScreen(TeachPage):
             self._said = self.words("teach.known", name=naming.gesture(self.words, label))
             return
         if known:
-            self.ask("teach.replace", lambda: self._teach(plan_of(known)))
+            self.ask("teach.replace", label, lambda: self._teach(plan_of(known)))
         else:
             self._teach(new_plan(label, self.orb.state.gestures.values()))
 
     def _teach(self, plan: Learn) -> None:
-        self.show(ExamplesPage(self.course, plan))
+        self.show(GesturePage(self.course, plan))
 
     def _change(self, one: GestureInfo) -> None:
         words, forget = self.words, partial(self.lessons.change, Forget(one.label))
         choices: list[tuple[str, Do]] = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
             (words("teach.change_command"), lambda: self._set_command(one.label)),
-            (words("teach.remove"), partial(self.ask, "teach.sure", forget)),
+            (words("teach.remove"), partial(self.ask, "teach.sure_remove", one.label, forget)),
         ]
         self.show(ChoicePage(self.course, naming.gesture(words, one.label), choices))
 
@@ -127,7 +149,7 @@ class TeachScreen(TeachPage):
             (words("teach.save_as"), partial(save_as, self.course)),
             (
                 words("teach.delete"),
-                partial(self.ask, "teach.sure", partial(change, DeleteExamples())),
+                partial(self.ask, "teach.sure_delete", "", partial(change, DeleteExamples())),
             ),
         ]
         folder = vocabulary.folder if vocabulary else ""
@@ -138,7 +160,13 @@ class TeachScreen(TeachPage):
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the list, with a picture of each gesture; those that were taught have a ring."""
-        super().draw(surface, time_s)
+        stage, area = self._stage, self._stage.area
+        surface.fill(stage.look.palette.background)
+        edge, wide = self.px(2 * _ICON + 2), self.px(_WIDE)  # pictures stand before the items
+        left = max(edge, (area.width - wide) // 2)
+        column = pygame.Rect(left, self.px(28), min(wide, area.width - left), 0)
+        column.height = area.height - column.top - self.px(16)
+        self._view.draw(surface, column, self.menu, self.selected, stage.unit)
         for spot in self.spots:
             place, place_in_list = spot.place, spot.number - _FIRST
             if not 0 <= place_in_list < len(self._listed):

@@ -208,7 +208,7 @@ class TrainingPage(TeachPage):
         if not self.run.step:
             super().leave()
             return
-        self.ask("train.sure", self._stop)
+        self.ask("train.sure", "", self._stop)
 
     def _stop(self) -> None:
         self.run.stop()

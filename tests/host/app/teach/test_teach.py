@@ -11,12 +11,12 @@ from controller.shared.protocol.teaching import (
     Forget,
     Learn,
     SetCommand,
+    SetWaiting,
 )
-from host.app.screens.teach.examples import ExamplesPage
-from host.app.screens.teach.new_gesture import DetailsPage, TryPage
+from host.app.screens.teach.gesture import GesturePage
 from host.app.screens.teach.page import NamePage
 from host.app.screens.teach.screen import TeachScreen
-from host.connection.receiver import Connected, Delivered, Lost
+from host.connection.receiver import Connected, Delivered, Lost, Stale
 from tests.support.app_window import WELCOME
 from tests.support.teaching_window import DENT, Window
 from tetris.window.play_screen import PlayScreen
@@ -28,7 +28,7 @@ def window() -> Window:
     window = Window()
     for item in ("Teach", "New gesture", "swipe"):
         window.choose(item)
-    assert isinstance(window.screen, ExamplesPage)
+    assert isinstance(window.screen, GesturePage)
     return window
 
 
@@ -45,51 +45,23 @@ def test_a_gesture_is_taught_by_mouse_or_keys_only(by: str) -> None:
     for item, page in [
         ("Teach", TeachScreen),
         ("New gesture", NamePage),
-        ("swipe", ExamplesPage),
+        ("swipe", GesturePage),
     ]:
         take(item)
         assert isinstance(window.screen, page)
+    assert window.menu.items[0].do is None  # three examples are the least
     touch(window)
-    take("Next")
-    assert isinstance(window.screen, DetailsPage)
     take("Learn")
-    assert isinstance(window.screen, TryPage)
     assert window.sent(Learn) == [Learn("swipe", "hold", "none", False, "")]
     take("Play with it")
     assert isinstance(window.app.stage.screen, PlayScreen)
 
 
-def test_a_gesture_is_taught_by_the_orb_only() -> None:
+def test_a_mouse_is_not_asked_for_gestures_of_several_fingers() -> None:
     window = Window()
-    for item in ("Teach", "New gesture", "swipe"):
-        window.make(item)
-    touch(window, 5)
-    window.pass_s(4.0)  # the next page comes by itself
-    window.make("Learn")
-    for _ in range(5):
-        window.pass_s(0.2, image=DENT)
-        window.pass_s(0.1, Delivered(Command("drop", "swipe", 0.9, None, 1), 0), image=DENT)
-        window.pass_s(1.5)
-    assert isinstance(window.screen, TryPage)
-    window.make("Play with it")
-    assert isinstance(window.app.stage.screen, PlayScreen)
-
-
-def test_the_questions_come_from_three_examples_on_and_alone_after_five(
-    window: Window,
-) -> None:
-    for count in range(5):
-        assert (window.menu.items[0].do is not None) is (count >= 3)
-        window.touch()
-    window.pass_s(4.0)
-    assert isinstance(window.screen, DetailsPage)
-
-
-def test_the_questions_can_wait(window: Window) -> None:
-    touch(window, 5)
-    window.choose("Not yet")
-    window.pass_s(10.0)
-    assert isinstance(window.screen, ExamplesPage)
+    for item in ("Teach", "New gesture"):
+        window.choose(item)
+    assert not {"squeeze", "knock"} & {item.label for item in window.menu.items}
 
 
 def test_a_double_tap_is_one_example(window: Window) -> None:
@@ -103,9 +75,9 @@ def test_a_double_tap_is_one_example(window: Window) -> None:
 def test_an_example_is_thrown_away_by_a_click_on_its_picture_or_by_keys(window: Window) -> None:
     touch(window)
     screen = window.screen
-    assert isinstance(screen, ExamplesPage)
-    place, example = screen._places[1]
-    window.click_at(place.center)
+    assert isinstance(screen, GesturePage)
+    example = screen.examples[1]
+    window.click_at(screen._places[1][0].center)
     assert window.sent(ExampleDrop) == [ExampleDrop(example.number)]
     assert len(screen.examples) == 2
     window.choose("Throw away")
@@ -119,33 +91,66 @@ def test_an_example_that_cannot_be_learned_says_why(window: Window) -> None:
     assert window.menu.items[0].value == "0/5"
 
 
-def test_gestures_take_no_step_while_examples_are_taken(window: Window) -> None:
-    before = window.screen.selected
-    for name in ("down", "drop", "pause"):
-        window.pass_s(0.1, Delivered(Command(name, "press", 0.9, None, 1), 0))
-    assert isinstance(window.screen, ExamplesPage)
-    assert window.screen.selected == before
-    window.pass_s(31.0)  # without a touch the orb steers again
-    window.pass_s(0.1, Delivered(Command("pause", "pinch", 0.9, None, 1), 0))
-    assert isinstance(window.screen, TeachScreen)
+def understood(window: Window, label: str) -> None:
+    """Touch the dome; it is taken for a gesture."""
+    window.pass_s(0.2, image=DENT)
+    window.pass_s(0.1, *[Delivered(Command("hold", label, 0.9, None, 1), 0)] * bool(label))
+    window.pass_s(1.5)
 
 
-def test_the_trial_counts_what_is_understood_and_what_it_is_taken_for(window: Window) -> None:
+def test_an_example_that_looks_like_another_gesture_is_questioned(window: Window) -> None:
+    screen = window.screen
+    assert isinstance(screen, GesturePage)
     touch(window)
-    window.choose("Next")
+    understood(window, "press")
+    assert screen.doubt
+    assert screen._cue() == "Looks like press. Keep it?"
+    window.choose("Throw it away")
+    assert [len(screen.examples), screen.doubt] == [3, None]
+    understood(window, "press")
+    window.choose("Keep it")
+    understood(window, "press")  # as one that was kept
+    assert [len(screen.examples), screen.doubt] == [5, None]
+
+
+def test_no_gesture_is_a_step_or_ends_the_trial(window: Window) -> None:
+    screen = window.screen
+    assert isinstance(screen, GesturePage)
+    touch(window)
     window.choose("Learn")
-    for label in ("swipe", "swipe", "press", "", "swipe"):
-        window.pass_s(0.2, image=DENT)
-        if label:
-            window.pass_s(0.1, Delivered(Command("hold", label, 0.9, None, 1), 0), image=DENT)
-        window.pass_s(1.0)
-    assert [row.cells for row in window.menu.table] == [
-        ("understood", "3 of 5"),
-        ("taken for", "press ×1, nothing ×1"),
-        ("older gestures kept", "100 %"),
-        ("least: press", "98 %"),
-    ]
-    assert "waits" in window.menu.notice
+    for name in ("down", "drop", "pause") * 3:
+        window.pass_s(0.1, Delivered(Command(name, "press", 0.9, None, 1), 0))
+    assert (window.screen, screen.mode, screen.selected) == (screen, "trial", 0)
+    window.choose("End the trial")
+    assert screen.mode == "examples"
+
+
+def test_the_trial_shows_what_was_meant_and_understood(window: Window) -> None:
+    screen = window.screen
+    assert isinstance(screen, GesturePage)
+    touch(window)
+    window.choose("Learn")
+    for label in ("swipe", "press", ""):
+        understood(window, label)
+    assert screen.trial.heard == [("swipe", "swipe"), ("swipe", "press"), ("swipe", "")]
+    assert screen._cue() == "swipe: 1 of 3 understood"
+    window.choose("Meant")  # the next gesture of the orb, which is the first one
+    understood(window, "press")
+    assert screen.trial.heard[-1] == ("press", "press")
+    assert "waits" in str(screen.lessons.status)
+
+
+def test_what_a_lesson_costs_is_shown_and_waiting_is_a_choice(window: Window) -> None:
+    screen = window.screen
+    assert isinstance(screen, GesturePage)
+    touch(window)
+    window.choose("Learn")
+    press, swipe = screen.costs
+    assert screen._cost(press) == ["20 of 20", "0.25 s later"]
+    window.choose("Others wait")
+    assert window.sent(SetWaiting) == [SetWaiting("swipe", False)]
+    assert screen._cost(press) == ["20 of 20"]
+    assert screen._cost(swipe) == ["6 of 20"]
 
 
 def test_a_name_is_typed() -> None:
@@ -155,8 +160,9 @@ def test_a_name_is_typed() -> None:
     window.key(pygame.K_w, pygame.K_a, pygame.K_x, pygame.K_BACKSPACE, pygame.K_MINUS, pygame.K_x)
     window.key(pygame.K_SPACE, pygame.K_y, pygame.K_RETURN)  # a space does not end it
     screen = window.screen
-    assert isinstance(screen, ExamplesPage)
+    assert isinstance(screen, GesturePage)
     assert screen.plan.label == "wa_x_y"
+    assert window.menu.title == "wa x y"
 
 
 def test_a_gesture_of_the_same_name_is_taught_anew_only_if_that_is_confirmed() -> None:
@@ -164,23 +170,12 @@ def test_a_gesture_of_the_same_name_is_taught_anew_only_if_that_is_confirmed() -
     window.orb.taught["wa"] = "hold"
     window.pass_s(0.1, Connected(WELCOME))
     window.choose("Teach")
-    for answer, page in (("No", TeachScreen), ("Yes", ExamplesPage)):
+    for answer, page in (("No", TeachScreen), ("Yes", GesturePage)):
         window.choose("New gesture")
         window.key(pygame.K_w, pygame.K_a, pygame.K_RETURN)
         assert "before" in window.menu.title
         window.choose(answer)
         assert isinstance(window.screen, page)
-
-
-def test_the_pictures_choose_how_it_may_be_turned(window: Window) -> None:
-    touch(window)
-    window.choose("Next")
-    screen = window.screen
-    assert isinstance(screen, DetailsPage)
-    half, mirror = screen._pictures[1][0], screen._pictures[3][0]
-    window.click_at(half.center)
-    window.click_at(mirror.center)
-    assert (screen.plan.rotations, screen.plan.mirrored) == ("half", True)
 
 
 def test_a_taught_gesture_is_removed_when_that_is_confirmed() -> None:
@@ -201,41 +196,42 @@ def test_a_lost_link_leaves_the_page_and_the_examples(window: Window) -> None:
     assert "lost" in window.menu.notice
     window.pass_s(0.2, Connected(WELCOME))
     screen = window.screen
-    assert isinstance(screen, ExamplesPage)
+    assert isinstance(screen, GesturePage)
     assert window.menu.notice == ""
     assert len(screen.examples) == 1
+
+
+def test_learning_goes_on_while_the_orb_is_silent_but_not_in_another(window: Window) -> None:
+    touch(window)
+    screen = window.screen
+    assert isinstance(screen, GesturePage)
+    screen._learn()
+    window.app.tick(window.now_s, [Stale()])
+    assert window.menu.items[0].label == "Learning"
+    window.orb.taught.clear()
+    window.app.tick(window.now_s, [Connected(WELCOME)])
+    window.app.tick(window.now_s, [Delivered(each, 0) for each in window.orb.described()])
+    assert window.menu.items[0].label == "Learn"
 
 
 def test_what_cannot_be_learned_leads_back_to_the_examples(window: Window) -> None:
     touch(window)
     window.orb.objects = True
-    window.choose("Next")
     window.choose("Learn")
     screen = window.screen
-    assert isinstance(screen, ExamplesPage)
-    assert len(screen.examples) == 3
+    assert isinstance(screen, GesturePage)
+    assert (screen.mode, len(screen.examples)) == ("examples", 3)
     assert "too different" in window.menu.notice
 
 
-def test_what_the_examples_suggest_is_chosen_and_one_press_accepts_it(window: Window) -> None:
+def test_what_the_examples_suggest_is_chosen_until_it_is_changed(window: Window) -> None:
     window.orb.guess = "half", True
     touch(window)
-    window.choose("Next")
-    assert [item.value for item in window.menu.items][2:4] == [
-        "half turn: same",
-        "is the same gesture",
-    ]
-    window.key(pygame.K_RETURN)
-    assert window.sent(Learn) == [Learn("swipe", "hold", "half", True, "")]
-
-
-def test_more_examples_can_be_taken_after_the_questions(window: Window) -> None:
+    assert {"half turn: same", "same"} < set(values(window).values())
+    window.choose("Its mirror image")
     touch(window)
-    window.choose("Next")
-    window.choose("Take more examples")
-    screen = window.screen
-    assert isinstance(screen, ExamplesPage)
-    assert len(screen.examples) == 3
+    window.choose("Learn")
+    assert window.sent(Learn) == [Learn("swipe", "hold", "half", False, "")]
 
 
 def values(window: Window) -> dict[str, str]:
@@ -260,7 +256,7 @@ def test_a_user_gets_a_command_and_goes_back_to_those_of_all() -> None:
     assert (values(window)["press"], values(window)["pinch"]) == ("left", "drop")
 
 
-def test_without_users_the_entry_says_how_to_get_them() -> None:
+def test_without_users_the_entry_says_so() -> None:
     window = Window()
     window.choose("Teach")
     entry = window.menu.items[window.number("Users")]
