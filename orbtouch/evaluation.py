@@ -133,11 +133,11 @@ def _stream(
     outputs = np.zeros((len(inputs.windows), len(names)), dtype=np.float32)
     for first in range(0, len(outputs), AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        outputs[some, known] = _checked(predict, inputs.windows[some], [names[i] for i in known])
+        outputs[some, known] = checked(predict, inputs.windows[some], [names[i] for i in known])
     return debounced_stream(truth, inputs, outputs, names, debounce or DebounceSettings())
 
 
-def _checked(
+def checked(
     predict: Predict, given: NDArray[np.float32], columns: Sequence[str]
 ) -> NDArray[np.float64]:
     """Return the probabilities, (n, columns), of windows; Error if they are none."""

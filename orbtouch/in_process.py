@@ -1,18 +1,16 @@
 """Live play of any predictor: the device's stages in this program, with the predictor inside."""
 
 import itertools
-import logging
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
@@ -22,17 +20,13 @@ from controller.runtime.loop import Loop
 from controller.shared.errors import UserError, one_line
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
+from orbtouch.evaluation import Predict, checked
 from orbtouch.networks import Command, Network, load_network
 from orbtouch.onnx_files import renamed
 from orbtouch.orbs import Orb, Press, Release
 
-Predict = Callable[[NDArray[np.float32]], ArrayLike]
-
 END_S: Final = 2.0  # for the loop to end
-_SUM: Final = 1e-3  # greatest error of a sum of probabilities
 _LATE: Final = 20  # calls in a row that may last longer than a frame
-
-log = logging.getLogger("orbtouch")
 
 
 class _Judge(Recognizer):
@@ -42,7 +36,7 @@ class _Judge(Recognizer):
         super().__init__(bundle)
         self.problem = ""
         self._predict, self._order = predict, [*order]
-        self._name = one_line(getattr(predict, "__qualname__", type(predict).__name__))
+        self._classes = [bundle.labels[order.index(place)] for place in range(len(order))]
         self._frame_s, self._late = 1.0 / bundle.rate_hz, 0
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
@@ -52,21 +46,15 @@ class _Judge(Recognizer):
             return certain
         before_s = time.monotonic()
         try:
-            given = np.asarray(self._predict(window[None]), dtype=np.float64).reshape(-1)
-        except Exception as error:
-            said = one_line(str(error)) or type(error).__name__
-            self.problem = f"{self._name} raised {type(error).__name__}: {said}"
+            given = checked(self._predict, window[None], self._classes)[0]
+        except UserError as error:
+            self.problem = one_line(str(error))
             return certain
         took_s = time.monotonic() - before_s
         self._late = self._late + 1 if took_s > self._frame_s else 0
-        if len(given) != len(self._order) or not abs(given.sum() - 1.0) <= _SUM or given.min() < 0:
+        if self._late == _LATE:
             self.problem = (
-                f"{self._name} returned {given.round(3).tolist()}; expected are "
-                f"{len(self._order)} probabilities, which sum to 1"
-            )
-        elif self._late == _LATE:
-            self.problem = (
-                f"{self._name} takes {took_s * 1000:.0f} ms for a window, longer than a frame of "
+                f"the predictor takes {took_s * 1000:.0f} ms for a window, longer than a frame of "
                 f"{self._frame_s * 1000:.0f} ms; make it faster, or take a slower `base`"
             )
         return certain if self.problem else given[self._order].astype(np.float32)
@@ -94,8 +82,10 @@ class _Server:
             if not callable(predict):
                 raise UserError(f"{type(predict).__name__} is no network and cannot be called")
             data, order = renamed(data, classes or network.classes)
-        with ExitStack() as stack:
-            path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "live.orb"
+        if isinstance(options.get("fault"), str):
+            options["fault"] = (options["fault"],)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "live.orb")
             path.write_bytes(data)
             options = {**options, "bundle": path, "link": "listen://127.0.0.1:0"}
             self._parts = prepare(RunOptions(**options))
@@ -177,7 +167,7 @@ def live(
         classes: Names of the probabilities in their order, "null" among them; (): those of `base`.
         base: Source of the window, positions, thresholds and commands; None: as shipped.
         options: sensor="lines:port=/dev/ttyACM0", replay="own.npz", mapping="own.toml", seed=7,
-            preset="paper-snr" or fault=("dead:2,3",), as of `controller`; by default a virtual orb.
+            preset="paper-snr" or fault="dead:2,3", as of `controller`; by default a virtual orb.
 
     Raises:
         Error: An argument is unfit. `Orb.events` raises one if the predictor raises, takes longer
