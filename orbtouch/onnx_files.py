@@ -21,16 +21,16 @@ from controller.shared.errors import UserError
 from controller.shared.npz import pack
 
 # Operators on shapes and constants: those of a fixed input are computed once, here.
-_FOLDED: Final = {
-    "BatchNormalization", "Concat", "Constant", "ConstantOfShape", "Div", "Dropout", "Equal",
-    "Expand", "Identity", "Range", "Shape", "Size", "Slice", "Where",
-}  # fmt: skip
+_SHAPES: Final = ("Shape", "Size", "Slice", "Concat", "Expand", "Range", "Where", "Equal", "Div")
+_CONSTANTS: Final = ("Constant", "ConstantOfShape", "Identity", "Dropout", "BatchNormalization")
 # Attributes that may be left out at these values: the reader of bundles does not know them.
 _USUAL: Final[dict[str, Any]] = {
-    "allowzero": 0, "alpha": 1.0, "auto_pad": b"NOTSET", "beta": 1.0, "ceil_mode": 0,
-    "direction": b"forward", "group": 1, "layout": 0, "noop_with_empty_axes": 0,
-    "storage_order": 0, "transA": 0,
-}  # fmt: skip
+    **dict.fromkeys(("allowzero", "ceil_mode", "layout", "storage_order", "transA"), 0),
+    **dict.fromkeys(("alpha", "beta", "group"), 1),
+    "auto_pad": b"NOTSET",
+    "direction": b"forward",
+    "noop_with_empty_axes": 0,
+}
 _LOGITS: Final = ("Add", "Gemm", "MatMul")  # what a network without Softmax may end in
 
 
@@ -55,7 +55,10 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
     except Exception as error:  # of the library, which has no common class
         raise UserError(f"no ONNX file: {onnxruntime_engine.first_line(error)}") from None
     for node in model.graph.node:
-        if node.op_type not in (*OPERATORS, *_FOLDED) or node.domain not in ("", "ai.onnx"):
+        if node.op_type not in (*OPERATORS, *_SHAPES, *_CONSTANTS) or node.domain not in (
+            "",
+            "ai.onnx",
+        ):
             raise UserError(
                 f"the network has the operator {node.op_type}; a device runs {', '.join(OPERATORS)}"
             )

@@ -76,6 +76,23 @@ def test_a_gru_becomes_a_bundle_that_answers_as_the_file(batch: object) -> None:
     assert loaded.golden.probabilities.shape == (4, 3)
 
 
+def test_attention_over_the_images_of_a_window_becomes_a_bundle() -> None:
+    nodes: list[Node] = [
+        ("Reshape", "x,rows", "r", {}),
+        ("MatMul", "r,e", "m", {}),
+        ("Tanh", "m", "h", {}),
+        ("MatMul", "h,a", "scores", {}),
+        ("Softmax", "scores", "shares", {"axis": 1}),
+        ("Mul", "shares,h", "parts", {}),
+        ("ReduceSum", "parts,one", "sum", {"keepdims": 0}),
+        ("Gemm", "sum,o", "g", {"transB": 1}),
+        ("Softmax", "g", "y", {"axis": -1}),
+    ]
+    arrays = {"e": draws(25, 16), "a": draws(16, 1), "o": draws(3, 16)}
+    made = model(nodes, rows=np.array([0, 40, 25]), one=np.array([1]), **arrays)
+    assert Network.from_onnx(made, classes=CLASSES).classes == ("null", "press", "pinch")
+
+
 def test_it_plays_and_is_evaluated_as_any_other_network() -> None:
     made = Network.from_onnx(gru(), classes=CLASSES)
     session = orbtouch.simulate(minutes=0.5, gestures=("press", "pinch"))
