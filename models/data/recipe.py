@@ -77,6 +77,7 @@ class NetworkRecipe:
     epochs: int = 0  # passes over the examples; 0: as many as `steps` takes, within `limits`
     steps: int = 0  # batches that are enough
     limits: tuple[int, int] = (1, 1)  # fewest and most epochs that `steps` may come to
+    whole: int = 0  # fewest epochs of all examples, however many batches these are
     batch: int = 150  # examples per step
     nesterov: bool = False  # Nesterov's accelerated gradient, momentum 0.9, in place of Adam
     rate: float = 2e-3  # highest learning rate
@@ -110,14 +111,15 @@ class NetworkRecipe:
         if self.epochs:
             return self.epochs
         least, most = self.limits
-        return min(most, max(least, -(-self.steps * self.batch // max(1, examples))))
+        enough = -(-self.steps * self.batch // max(1, examples))
+        return min(most, max(least, self.whole, enough))
 
     def share(self, examples: float) -> float:
         """Return which share of so many examples an epoch draws, at most.
 
         It is small enough that `steps` come to the fewest epochs of `limits`, not to more batches.
         """
-        if self.epochs:
+        if self.epochs or self.whole:
             return 1.0
         return min(1.0, self.steps * self.batch / self.limits[0] / max(1.0, examples))
 
@@ -225,12 +227,15 @@ PLAY: Final = replace(
 )
 
 # For people on other sensors than the orb: few, and unlike each other. A long course learns
-# them by heart; a short one with dropout, averaged, needs no temperature (docs/measurements.md,
-# people on another sensor). Places take the course of `play`.
+# them by heart; a short one with dropout, averaged, needs no temperature. Of many windows two
+# epochs learn too little (docs/measurements.md, people on another sensor). Places take the course
+# of `play`.
 PEOPLE: Final = replace(
     DEFAULT,
     name="people",
-    gesture=replace(DEFAULT.gesture, steps=300, limits=(1, 1000), dropped=0.3, averaged=0.5),
+    gesture=replace(
+        DEFAULT.gesture, steps=300, limits=(1, 1000), whole=6, dropped=0.3, averaged=0.5
+    ),
     location=PLAY.location,
     scaled=False,
 )

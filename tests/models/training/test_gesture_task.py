@@ -125,6 +125,12 @@ def test_a_course_is_as_long_however_many_windows_there_are() -> None:
     assert task(replace(recipe, epochs=3)).steps() == 110  # all of them, if epochs are asked for
 
 
+def test_a_course_may_have_whole_epochs_at_least() -> None:
+    recipe = replace(DEFAULT.gesture, steps=16, batch=10, limits=(1, 100), whole=3)
+    assert (task(recipe).steps(), recipe.passes(1100)) == (110, 3)  # all windows are drawn
+    assert recipe.passes(20) == 8  # few windows come by more often, until `steps` are done
+
+
 def test_weights_are_averaged_over_the_last_part_of_a_course_also_of_an_interrupted_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
