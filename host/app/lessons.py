@@ -175,14 +175,14 @@ class Trial:
         """Return how often a gesture was understood, and tried."""
         return self.heard.count((label, label)), sum(meant == label for meant, _ in self.heard)
 
-    def touch(self, down: bool, now_s: float) -> None:
-        """Take the beginning or the end of a touch, as the host's pointer makes it."""
+    def touch(self, down: bool, now_s: float, *, felt: bool = True) -> None:
+        """Take the beginning or the end of a touch; one that was not felt is no attempt."""
         if down == self._touched:
             return
         self._touched = down
         if down:
             self._close()
-        else:
+        elif felt or self._best != NOTHING:
             self._ended_s = now_s
 
     def take(self, message: Message, now_s: float) -> None:

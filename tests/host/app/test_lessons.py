@@ -120,6 +120,15 @@ def test_a_trial_has_what_was_meant_beside_what_was_understood() -> None:
     assert trial.count("swipe") == (2, 4)
 
 
+def test_a_touch_that_was_not_felt_is_no_attempt() -> None:
+    trial = Trial("swipe")
+    for felt in (False, True):
+        trial.touch(True, 1.0)
+        trial.touch(False, 1.5, felt=felt)
+        trial.advance(9.0)
+    assert trial.heard == [("swipe", "")]
+
+
 def test_an_answer_may_come_after_the_touch() -> None:
     trial = Trial("double_tap")
     trial.touch(True, 0.25)

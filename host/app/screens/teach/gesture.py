@@ -70,6 +70,7 @@ class GesturePage(PicturePage):
         self.doubt: tuple[ExampleTaken, str] | None = None
         self._due_s: float | None = None  # until when the orb's answer is waited for
         self._learned = False  # on this visit
+        self._felt = 0.0  # greatest |z - 1| of the present touch
         self._number = 0  # of the example that is traced
         self._chosen, self._guessed = 0, True  # whether turns are those that the examples suggest
         self._refused = ""  # why the last example cannot be learned
@@ -202,17 +203,22 @@ class GesturePage(PicturePage):
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
         """Begin or end an example, or a try."""
+        felt = self._felt >= traces.TOUCHED  # else it was noise
+        self._felt = 0.0
         if self.mode == "trial":
-            self.trial.touch(event == "begun", time_s - PAUSE_S * (event == "ended"))
+            ended = event == "ended"
+            self.trial.touch(not ended, time_s - PAUSE_S * ended, felt=felt)
         elif event == "ended":
-            if self.lessons.open is not None:
+            if self.lessons.open is not None and felt:
                 self._due_s = time_s + _ANSWER_S
-            self.lessons.end_example()
+            self.lessons.end_example(keep=felt)
         elif self.mode == "examples" and self._due_s is None and not self.doubt:
             self._number = self.lessons.begin_example(self.plan.label)
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; question an example, try what was learned."""
+        if isinstance(message, Telemetry):
+            self._felt = max(self._felt, float(abs(self.orb.state.felt).max(initial=0.0)))
         super().report(message, time_s)
         trace = self.lessons.traces.get(self._number)
         if isinstance(message, Telemetry) and trace and self.lessons.open is not None:
