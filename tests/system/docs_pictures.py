@@ -247,6 +247,8 @@ def teach(camera: Camera) -> None:
         camera.choose(item)
     for number in range(1, 6):
         swipe(camera, number)
+        if camera._item("Keep it"):  # once: a swipe begins as a press does
+            camera.choose("Keep it")
         if number == 4:
             camera.run(0.5)
             camera.save(PICTURES / "app-examples.png")
