@@ -1,4 +1,9 @@
-"""A random forest, judged on people it has not seen, beside the network that ships."""
+"""A random forest, judged on people it has not seen, beside our network; then it plays Tetris.
+
+Options, such as `--seconds 60`, are those of `host`.
+"""
+
+import sys
 
 import numpy as np
 from sklearn.ensemble import RandomForestClassifier
@@ -14,6 +19,12 @@ def flat(windows: np.ndarray) -> np.ndarray:
 
 
 people = [orbtouch.simulate(minutes=1, user=user) for user in range(3)]
+network = orbtouch.load_network()
 forest = make_pipeline(FunctionTransformer(flat), RandomForestClassifier(100, random_state=0))
-mine, shipped = (orbtouch.evaluate(one, people) for one in (forest, orbtouch.load_network()))
+mine, shipped = (orbtouch.evaluate(one, people) for one in (forest, network))
 print(mine, shipped, orbtouch.compare(mine, shipped), sep="\n\n")
+
+learned = [one.windows() for one in people]
+forest.fit(np.concatenate([one.X for one in learned]), np.concatenate([one.y for one in learned]))
+classes = learned[0].classes
+orbtouch.play(forest.predict_proba, classes=classes, base=network, words=sys.argv[1:])

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -104,15 +105,40 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("short")
-@pytest.mark.parametrize(
-    ("name", "needs"), [("forest", "sklearn"), ("gru", "torch"), ("template", "numpy")]
-)
+@pytest.mark.parametrize(("name", "needs"), [("gru", "torch"), ("template", "numpy")])
 def test_an_own_predictor_is_judged_beside_the_network_that_ships(name: str, needs: str) -> None:
     pytest.importorskip(needs)
-    made = example(name)
+    assert_judged(example(name))
+
+
+def assert_judged(made: ModuleType) -> None:
     assert made.mine.sessions == made.shipped.sessions == 3
     assert made.mine.events == made.shipped.events > 10
     assert float(made.shipped.recall) > float(made.mine.recall) > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("short")
+def test_a_forest_is_judged_and_plays_tetris(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It sees a replay of a person it has learned; the game, without a window, ends by itself."""
+    pytest.importorskip("sklearn")
+    play, answers = orbtouch.play, []
+    orbtouch.simulate(minutes=1, user=0)[0.0:5.0].save(tmp_path / "known.npz")
+
+    def watched(predict: Callable[[np.ndarray], np.ndarray], **given: Any) -> None:
+        def heard(windows: np.ndarray) -> np.ndarray:
+            answers.append(int(predict(windows).argmax()))
+            return np.eye(len(given["classes"]))[answers[-1:]]
+
+        assert play(heard, replay=tmp_path / "known.npz", **given) == 0
+
+    monkeypatch.setattr(orbtouch, "play", watched, raising=False)
+    monkeypatch.setattr(sys, "argv", ["forest.py", "--headless", "--seconds", "6"])
+    assert_judged(example("forest"))
+    assert 0 in answers
+    assert len({*answers}) > 1
 
 
 @pytest.mark.train
