@@ -40,7 +40,7 @@ _ROTATIONS: Final = ("none", "half", "all")
 _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved gestures
 _SHOWN: Final = 6  # examples, the newest
 _BESIDE: Final = 0.9  # of the height: in a narrower window the pictures stand below the items
-_COLUMN: Final = 0.5  # of the width, for the items
+_COLUMN: Final = 0.54  # of the width, for the items
 
 Mode = Literal["examples", "learning", "trial"]
 

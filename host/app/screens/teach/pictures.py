@@ -86,7 +86,8 @@ class PicturePage(TeachPage):
                 said = [words("teach.measuring")]
             at = line.left + high + self.px(6), line.centery
             own = info.label == self._label
-            name = self._fitted(naming.gesture(words, info.label), 22, 0.4 * line.width, lit=own)
+            room = 0.4 * line.width if said else line.right - at[0]
+            name = self._fitted(naming.gesture(words, info.label), 22, room, lit=own)
             surface.blit(name, name.get_rect(midleft=at))
             for row, text in enumerate(said):
                 size = 20 if len(said) == 1 else 17

@@ -228,7 +228,7 @@ def test_what_the_examples_suggest_is_chosen_until_it_is_changed(window: Window)
     window.orb.guess = "half", True
     touch(window)
     assert {"half turn: same", "same"} < set(values(window).values())
-    window.choose("Its mirror image")
+    window.choose("Mirrored")
     touch(window)
     window.choose("Learn")
     assert window.sent(Learn) == [Learn("swipe", "hold", "half", False, "")]
