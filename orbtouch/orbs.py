@@ -265,7 +265,7 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
 
     Args:
         path: File to make, NAME.npz.
-        duration: Time of the last frame, seconds, 1 or more; frame k has the time k / rate.
+        duration: Time of the last frame, seconds, more than 1; frame k has the time k / rate.
         options: sensor="orb", user="ada", session="1" and label="press", as of `controller`, and
             those of `connect`; by default a virtual orb without touches.
 
@@ -279,4 +279,6 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
     if done.returncode:
         message = done.stderr.strip().rpartition("controller: ")[2]
         raise UserError(message or "nothing was recorded")
+    if not Path(path).exists():
+        raise UserError(f"nothing was recorded in {duration:g} s; a second or more is kept")
     return load_recording(path)
