@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from host.ui.orb_state import Deviation
+from host.ui.touch_watch import TOUCHED
 
-TOUCHED: Final = 0.04  # greatest |z - 1| of an image with a touch
 _SHARE: Final = 0.5  # of that, from which a taxel counts for the place
 _TIMES: Final = 2.2  # longer or shorter than its siblings, in time or way: another gesture
 _LEAST: Final = (1.2, 0.3)  # difference that counts: grid units of way, seconds

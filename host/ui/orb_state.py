@@ -37,7 +37,7 @@ LinkState = Literal["connecting", "live", "stale", "lost"]
 
 EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
 LATEST_S: Final = 2.5  # the last recognised gesture stands below the dome for so long
-TOUCHED: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
+_MOVES: Final = 0.05  # |z - 1| from which the shown image moves as under a finger
 MARK_S: Final = 1.2  # the last recognised touch is marked for so long
 REASON_S: Final = 2.5  # and why the last one gave no command stands there for so long
 PULSE_LEAST_S: Final = 1 / 3  # from one pulse to the next
@@ -128,11 +128,6 @@ class OrbState:
         """Rows and columns of the taxels."""
         return self.felt.shape[0], self.felt.shape[1]
 
-    @property
-    def level(self) -> float:
-        """Root mean square of what was felt last, z - 1."""
-        return float(np.sqrt(np.mean(self.felt**2)))
-
     def observe(self, item: Received, now_s: float) -> None:
         """Take a received event."""
         match item:
@@ -201,7 +196,7 @@ class OrbState:
         if len(message.probabilities) == len(self._target):
             self._target = np.asarray(message.probabilities, np.float32)
             if self.welcome and message.ready:
-                reason = self._touches.step(self.level, self._target, message.gesture, now_s)
+                reason = self._touches.step(self.felt, self._target, message.gesture, now_s)
                 self.unanswered = (reason, now_s) if reason else self.unanswered
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
@@ -256,7 +251,7 @@ class OrbState:
             or self.gesture
             or self.latest(now_s)
             or self.rim.level(now_s)
-            or np.abs(self.shown).max(initial=0.0) > TOUCHED
+            or np.abs(self.shown).max(initial=0.0) > _MOVES
         )
 
     def mark(self, now_s: float) -> tuple[float, float, float] | None:

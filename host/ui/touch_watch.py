@@ -3,6 +3,10 @@
 import math
 from typing import Final, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+TOUCHED: Final = 0.04  # greatest |z - 1| of an image with a touch; less is noise
 PAUSE_S: Final = 0.5  # without a touch, after which it is over: a double tap is one touch
 _RISE: Final = (1.6, 0.012)  # a touch begins at so many times the level at rest, and so much more
 _FALL: Final = (1.3, 0.010)  # and ends below this
@@ -16,25 +20,31 @@ TouchEvent = Literal["", "begun", "ended"]
 
 
 class TouchWatch:
-    """Beginnings and ends of touches in the level of the image, its RMS of z - 1."""
+    """Beginnings and ends of touches in the level of the image, its RMS of z - 1.
+
+    Attributes:
+        felt: Whether an image of the last touch had `TOUCHED`; if not, it was noise.
+    """
 
     def __init__(self, pause_s: float = PAUSE_S, most_rest: float = _MOST_REST) -> None:
         """Begin untouched.
 
         A touch is over after `pause_s` without one. The first level at rest is `most_rest` at most.
         """
-        self._pause_s, self._most_rest = pause_s, most_rest
+        self._pause_s, self._most_rest, self.felt = pause_s, most_rest, False
         self._rest: float | None = None
         self._peak = 0.0  # greatest level of the last touch, as far as it counts
         self._last_s = 0.0
         self._begun_s: float | None = None
         self._quiet_s: float | None = None  # since when nothing touches
 
-    def step(self, level: float, now_s: float) -> TouchEvent:
-        """Take the level of a frame; return what happened in it.
+    def step(self, deviation: NDArray[np.floating], now_s: float) -> TouchEvent:
+        """Take z - 1 of a frame, (rows, columns); return what happened in it.
 
         A touch ends when nothing has touched for the pause, or when it lasts too long.
         """
+        level = float(np.sqrt(np.mean(deviation**2)))
+        touches = bool(np.abs(deviation).max(initial=0.0) >= TOUCHED)
         passed_s, self._last_s = now_s - self._last_s, now_s
         if self._rest is None:
             self._rest = min(level, self._most_rest)
@@ -43,8 +53,9 @@ class TouchWatch:
         if level > max(times * self._rest + more, _SHARE * self._peak):
             self._quiet_s, self._peak = None, max(self._peak, level)
             if self._begun_s is None:
-                self._begun_s, self._peak = now_s, level
+                self._begun_s, self._peak, self.felt = now_s, level, touches
                 return "begun"
+            self.felt |= touches
         elif self._begun_s is None:
             self._rest += min(1.0, passed_s / _REST_S) * (level - self._rest)
             self._peak *= math.exp(-passed_s / _RECOVER_S)

@@ -46,9 +46,15 @@ class UnansweredTouches:
         self._answered = True
 
     def step(
-        self, deviation: float, probabilities: NDArray[np.float32], held: str, now_s: float
+        self,
+        deviation: NDArray[np.floating],
+        probabilities: NDArray[np.float32],
+        held: str,
+        now_s: float,
     ) -> Reason | None:
-        """Take a frame's deviation, probabilities (labels,) and held gesture; return the reason.
+        """Take a frame's z - 1, (rows, columns), probabilities, (labels,), and held gesture.
+
+        Return the reason.
 
         It is None but for the frame in which an unanswered touch is over.
         """
@@ -66,7 +72,8 @@ class UnansweredTouches:
         if event != "ended":
             return None
         begun_s, self._begun_s, self._left_s = self._begun_s, None, now_s - _ANSWER_S
-        return None if self._answered else self._reason(begun_s, self._left_s)
+        untouched = self._answered or not self._watch.felt
+        return None if untouched else self._reason(begun_s, self._left_s)
 
     def _reason(self, begun_s: float, ended_s: float) -> Reason | None:
         first, *others = sorted(range(1, len(self._labels)), key=lambda i: -self._peaks[i])

@@ -1,5 +1,7 @@
 """Touches in the level of telemetry."""
 
+import numpy as np
+
 from host.ui.touch_watch import TouchWatch
 
 FRAME_S = 1 / 40
@@ -9,7 +11,9 @@ def events(*parts: tuple[float, float]) -> list[str]:
     """Return what happens in parts of a level, each with its seconds."""
     watch = TouchWatch()
     levels = [level for level, seconds in parts for _ in range(round(seconds / FRAME_S))]
-    found = [watch.step(level, number * FRAME_S) for number, level in enumerate(levels)]
+    found = [
+        watch.step(np.full((5, 5), level), number * FRAME_S) for number, level in enumerate(levels)
+    ]
     return [event for event in found if event]
 
 

@@ -21,6 +21,11 @@ def shares(null: float, **others: float) -> Share:
     return np.array([null, *(others.get(label, 0.0) for label in LABELS[1:])], np.float32)
 
 
+def image(level: float) -> NDArray[np.float64]:
+    """Return z - 1 of a frame, alike everywhere."""
+    return np.full((5, 5), level)
+
+
 def reasons(
     touch: Share, frames: int, *, answered: bool = False, held: str = "", level: float = TOUCHED
 ) -> list[Reason]:
@@ -32,7 +37,8 @@ def reasons(
             watch.answer()
         probabilities = touch if touched else shares(1.0)
         strength = level if touched else REST
-        said.append(watch.step(strength, probabilities, held if touched else "", frame * FRAME_S))
+        now_held, now_s = held if touched else "", frame * FRAME_S
+        said.append(watch.step(image(strength), probabilities, now_held, now_s))
     return [reason for reason in said if reason]
 
 
@@ -49,6 +55,12 @@ def test_a_touch_without_a_command_has_a_reason(touch: Share, frames: int, reaso
     assert reasons(touch, frames) == [reason]
 
 
+def test_noise_that_no_taxel_shows_as_a_touch_is_none() -> None:
+    light = shares(0.8, press=0.2)
+    assert reasons(light, 20, level=0.039) == []
+    assert reasons(light, 20, level=0.041) == [Reason("light")]
+
+
 def test_a_touch_that_is_answered_even_a_little_late_has_none() -> None:
     assert reasons(shares(0.2, press=0.8), 4, answered=True) == []
     assert reasons(shares(0.0, press=1.0), 20, held="press") == []
@@ -61,23 +73,24 @@ def test_the_dome_that_springs_back_after_a_command_is_no_second_touch() -> None
     for frame, level in enumerate(levels):
         pressed = level == TOUCHED
         probabilities = shares(0.0, press=1.0) if pressed else shares(1.0)
-        said.append(watch.step(level, probabilities, "press" if pressed else "", frame * FRAME_S))
+        held = "press" if pressed else ""
+        said.append(watch.step(image(level), probabilities, held, frame * FRAME_S))
     assert not any(said)
 
 
 def test_an_orb_without_any_noise_is_watched_too() -> None:
     watch, touch = UnansweredTouches(LABELS), shares(0.8, press=0.2)
     levels = [0.0] * 10 + [TOUCHED] * 20 + [0.0] * 20
-    said = [watch.step(level, touch, "", i * FRAME_S) for i, level in enumerate(levels)]
+    said = [watch.step(image(level), touch, "", i * FRAME_S) for i, level in enumerate(levels)]
     assert [reason for reason in said if reason] == [Reason("light")]
 
 
 def test_rest_is_no_touch_on_a_noisy_orb_either() -> None:
     watch, noise = UnansweredTouches(LABELS), np.random.default_rng(1)
     levels = 0.05 * (1.0 + 0.15 * noise.standard_normal(2000))
-    assert {watch.step(level, shares(1.0), "", i * FRAME_S) for i, level in enumerate(levels)} == {
-        None
-    }
+    assert {
+        watch.step(image(level), shares(1.0), "", i * FRAME_S) for i, level in enumerate(levels)
+    } == {None}
 
 
 @pytest.mark.parametrize(("rest", "said"), [(3, []), (12, []), (60, [Reason("light")])])
@@ -90,7 +103,7 @@ def test_what_comes_soon_after_an_answered_touch_is_the_dome_springing_back(
         pressed = level == TOUCHED
         probabilities = shares(0.0, press=1.0) if pressed else shares(0.9, press=0.1)
         held = "press" if pressed else ""
-        found.append(watch.step(level, probabilities, held, frame * FRAME_S))
+        found.append(watch.step(image(level), probabilities, held, frame * FRAME_S))
     assert [reason for reason in found if reason] == said
 
 

@@ -70,7 +70,6 @@ class GesturePage(PicturePage):
         self.doubt: tuple[ExampleTaken, str] | None = None
         self._due_s: float | None = None  # until when the orb's answer is waited for
         self._learned = False  # on this visit
-        self._felt = 0.0  # greatest |z - 1| of the present touch
         self._number = 0  # of the example that is traced
         self._chosen, self._guessed = 0, True  # whether turns are those that the examples suggest
         self._refused = ""  # why the last example cannot be learned
@@ -203,8 +202,7 @@ class GesturePage(PicturePage):
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
         """Begin or end an example, or a try."""
-        felt = self._felt >= traces.TOUCHED  # else it was noise
-        self._felt = 0.0
+        felt = self.course.watch.felt
         if self.mode == "trial":
             ended = event == "ended"
             self.trial.touch(not ended, time_s - PAUSE_S * ended, felt=felt)
@@ -217,8 +215,6 @@ class GesturePage(PicturePage):
 
     def report(self, message: Report, time_s: float) -> None:
         """Take a report; question an example, try what was learned."""
-        if isinstance(message, Telemetry):
-            self._felt = max(self._felt, float(abs(self.orb.state.felt).max(initial=0.0)))
         super().report(message, time_s)
         trace = self.lessons.traces.get(self._number)
         if isinstance(message, Telemetry) and trace and self.lessons.open is not None:

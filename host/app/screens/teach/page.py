@@ -96,7 +96,7 @@ class TeachPage(OrbScreen):
             self.course.recording = message
         if not isinstance(message, Telemetry):
             return
-        if event := self.course.watch.step(self.orb.state.level, time_s):
+        if event := self.course.watch.step(self.orb.state.felt, time_s):
             self.touched(event, time_s)
 
     def touched(self, event: TouchEvent, time_s: float) -> None:
