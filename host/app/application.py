@@ -21,6 +21,7 @@ from host.app.screen import Orb, OrbScreen
 from host.app.screens.lab import LabScreen
 from host.app.screens.orbs import OrbsScreen
 from host.app.screens.phone import PhoneScreen
+from host.app.screens.teach.gesture import GesturePage
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import SIZE, TargetOptions
 from host.ui.orb_state import pulse_strength
@@ -171,7 +172,9 @@ class OrbApp(Orb):
         self.game.hold(lowering, repeats)
         events, self._events = self._events, []
         self.closed = not self.game.advance(now_s, events)
-        self.touch.light = self.aiming.plays(self.stage.screen)
+        screen = self.stage.screen  # what is taught is pressed as in the game that follows
+        teaches = self.aiming.on and isinstance(screen, GesturePage)
+        self.touch.light = teaches or self.aiming.plays(screen)
         self.orb.advance(now_s)
 
     def _take(self, item: Received, now_s: float) -> None:

@@ -3,7 +3,7 @@
 import pygame
 import pytest
 
-from controller.shared.protocol.messages import Command
+from controller.shared.protocol.messages import Command, ContactState
 from controller.shared.protocol.teaching import (
     ExampleDrop,
     ExampleEnd,
@@ -62,6 +62,13 @@ def test_a_mouse_is_not_asked_for_gestures_of_several_fingers() -> None:
     for item in ("Teach", "New gesture"):
         window.choose(item)
     assert not {"squeeze", "knock"} & {item.label for item in window.menu.items}
+
+
+def test_the_mouse_presses_as_lightly_as_in_the_game_that_follows(window: Window) -> None:
+    window.pass_s(0.1, Delivered(ContactState(1), 0))  # the orb can play by Aim
+    assert window.app.touch.light
+    window.choose("Back")
+    assert not window.app.touch.light
 
 
 def test_a_double_tap_is_one_example(window: Window) -> None:
