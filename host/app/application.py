@@ -119,12 +119,15 @@ class OrbApp(Orb):
         self.stage.change(replace(self.stage.settings, fullscreen=wanted))
 
     def _items(self, stage: Stage) -> Sequence[Item]:
-        words, items = stage.look.words, self._guides.items(stage)
-        if self.orbs is not None:
-            show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
-            do = lambda: stage.push(show())  # noqa: E731
-            items.append(Item(words("orbs.title"), do, hint=words("orbs.hint")))
-        return items
+        return [*self._guides.items(stage), *self._orb_items(stage)]
+
+    def _orb_items(self, stage: Stage) -> list[Item]:
+        """Return the item that leads to the orbs, if the program can change them."""
+        if self.orbs is None:
+            return []
+        show = partial(OrbsScreen, stage, self, self.orbs, self.programs, self._show_lab)
+        words, do = stage.look.words, lambda: stage.push(show())
+        return [Item(words("orbs.title"), do, hint=words("orbs.hint"))]
 
     def _show_lab(self) -> None:
         screen = self.stage.screen
@@ -203,15 +206,15 @@ class OrbApp(Orb):
         """Pause a game that is played by hand."""
         screen = self.stage.screen
         if self._pause is None and isinstance(screen, PlayScreen) and screen.by_hand:
-            screen.pause(self.words(reason))
+            screen.pause(self.words(reason), *self._orb_items(self.stage))
             if self.stage.screen is not screen:
                 self._pause = self.stage.screen
 
     def _go_on(self, now_s: float) -> None:
-        """End the pause that the link made; one that the player made stays."""
-        pause, self._pause = self._pause, None
-        if pause is not None and self.stage.screen is pause:
-            pause.nav(MenuStep.BACK, now_s)
+        """End the pause that the link made, once it is seen; one that the player made stays."""
+        if self._pause is not None and self._pause is self.stage.screen:
+            self._pause.nav(MenuStep.BACK, now_s)
+        self._pause = self._pause if self.stage.holds(self._pause) else None
 
     def _play(self, message: Message, t_s: float, now_s: float) -> None:
         """Let contacts, commands and gestures that are held act in the game or on the page."""
@@ -344,9 +347,5 @@ def create(options: TargetOptions) -> OrbApp:
     """Make the application with the player's settings and records."""
     start = Start() if options.seed is None else Start(seed=options.seed)
     return OrbApp(
-        start,
-        config=config_folder(),
-        data=data_folder(),
-        sound=options.sound,
-        demo=options.demo,
+        start, config=config_folder(), data=data_folder(), sound=options.sound, demo=options.demo
     )

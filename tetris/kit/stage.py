@@ -107,6 +107,10 @@ class Stage:
         """The screen that is seen; None when the player has left the last one."""
         return self._screens[-1] if self._screens else None
 
+    def holds(self, screen: Screen | None) -> bool:
+        """Whether a screen is the present one, or below it."""
+        return screen in self._screens
+
     def push(self, screen: Screen) -> None:
         """Show a screen on top of the present one."""
         self._screens.append(screen)

@@ -14,6 +14,7 @@ from tetris.engine.events import Action, Event, Held, Locked, Spawned
 from tetris.engine.game import Phase
 from tetris.kit import bindings
 from tetris.kit.bindings import Code, DueAction, Keys
+from tetris.kit.menu import Item
 from tetris.kit.stage import PLAY_HZ, Screen, Stage
 from tetris.window.effects import sounds_of
 from tetris.window.game_session import BotPlayer, Session
@@ -40,14 +41,14 @@ class PlayScreen(Screen):
         stage: Stage,
         session: Session,
         *,
-        paused: Callable[["PlayScreen", str], None],
+        paused: Callable[["PlayScreen", str, Sequence[Item]], None],
         over: Callable[["PlayScreen"], None],
         restart: Callable[["PlayScreen"], None],
         bot: BotPlayer | None = None,
     ) -> None:
         """Show a game that has not begun; the functions lead to other screens.
 
-        `paused` is given a sentence that says why, "" when the player wanted it.
+        `paused` is given a sentence that says why, "" when the player wanted it, and what helps.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
@@ -149,15 +150,15 @@ class PlayScreen(Screen):
         if self._bot is None:
             self.pause(self._stage.look.words(reason))
 
-    def pause(self, reason: str = "") -> None:
-        """Stop time, and show why."""
+    def pause(self, reason: str = "", *cures: Item) -> None:
+        """Stop time, and show why and what helps."""
         game = self.session.game
         if game.phase is Phase.OVER:
             return
         self._keys.release_all()
         if game.phase is Phase.RUNNING and self._begun:
             self._show(self.session.update(self._time_s, [Action.PAUSE]))
-        self._paused(self, reason)
+        self._paused(self, reason, cures)
 
     def resume(self) -> None:
         """Go on in a moment; the player's hands may have changed meanwhile."""

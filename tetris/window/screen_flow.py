@@ -1,6 +1,7 @@
 """Flow between screens: from the title to a game, its pause and its end, and back."""
 
 import secrets
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -151,7 +152,7 @@ class ScreenFlow:
         )
         self._stage.home(screen)
 
-    def _pause(self, screen: PlayScreen, reason: str) -> None:
+    def _pause(self, screen: PlayScreen, reason: str, cures: Sequence[Item]) -> None:
         stage = self._stage
 
         def resume() -> None:
@@ -162,6 +163,7 @@ class ScreenFlow:
             words = stage.look.words
             items = (
                 Item(words("menu.resume"), resume),
+                *cures,
                 Item(words("menu.restart"), partial(self._restart, screen)),
                 Item(words("menu.settings"), partial(open_settings, stage)),
                 Item(words("menu.leave"), partial(self._leave, screen)),

@@ -8,6 +8,7 @@ import pygame
 import pytest
 
 from controller.shared.protocol.messages import Contacts, State
+from host.app.screens.orbs import OrbsScreen
 from host.connection.receiver import Connected, Delivered, Lost
 from host.targets import SIZE
 from host.ui.panel.panel_layout import Dock
@@ -106,6 +107,22 @@ def test_a_lost_link_pauses_the_game_and_its_return_ends_the_pause() -> None:
     assert window.phase() is Phase.PAUSED
     assert not window.playing  # a menu says why
     window.pass_s(2.0, Connected(WELCOME))
+    assert window.phase() is Phase.RUNNING
+
+
+def test_the_pause_leads_to_the_orbs_and_ends_when_the_player_is_back_from_there() -> None:
+    window = Window(Start("zen", 1))
+    orbs = SimpleNamespace(tick=list, scan=list, entries=list, scanning=False, notice="")
+    window.app.orbs = orbs  # type: ignore[assignment]
+    window.pass_s(READY_S)
+    window.pass_s(0.1, Lost("the cable is out"))
+    window.key(pygame.K_DOWN, pygame.K_RETURN)
+    assert isinstance(window.app.stage.screen, OrbsScreen)
+    window.pass_s(2.0, Connected(WELCOME))
+    assert isinstance(window.app.stage.screen, OrbsScreen)
+    window.key(pygame.K_ESCAPE)
+    assert window.phase() is Phase.PAUSED
+    window.pass_s(2.0, FELT)
     assert window.phase() is Phase.RUNNING
 
 
