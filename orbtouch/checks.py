@@ -1,7 +1,7 @@
 """Checks of what a program hands over: wrong types and values are one sentence before work."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
@@ -42,6 +42,12 @@ def whole(value: object, what: str, least: int, most: int) -> None:
     number(value, what, least, most)
     if not isinstance(value, int | np.integer):
         raise UserError(f"{what} = {value!r}; expected is a whole number")
+
+
+def options(given: Iterable[str], known: Sequence[str]) -> None:
+    """Raise Error unless all keywords are known."""
+    if odd := [name for name in given if name not in known]:
+        raise UserError(f"there is no option {odd[0]!r}; there are {', '.join(known)}")
 
 
 def one_of(value: object, what: str, known: Sequence[str]) -> None:

@@ -183,16 +183,13 @@ def _folds(given: Sequence[Recording], by: str, folds: int) -> list[NDArray[np.b
         copies.add(one._source)
     user = [f"{one._source.origin.seed} {one.user}" for one in given]
     session = [f"{who} {one.session}" for who, one in zip(user, given, strict=True)]
-    groups = {
-        "user": load.join(user, copies.shared()),
-        "session": load.join(session, copies.shared()),
-    }
-    chosen = by or ("user" if len(np.unique(groups["user"])) > 1 else "session")
-    many = len(np.unique(groups[chosen]))
-    if many < 2:
+    people, visits = (load.join(names, copies.shared()) for names in (user, session))
+    users, sessions = len(np.unique(people)), len(np.unique(visits))
+    chosen = by or ("user" if users > 1 else "session")
+    if (many := users if chosen == "user" else sessions) < 2:
         raise _FewError(
             f"all recordings are of one {chosen}, so none can be held out without a leak; give "
             f"recordings of two or more, with their {chosen} named"
         )
     rule = HoldOut("session" if chosen == "session" else "user", folds=min(folds, many))
-    return [rule.held(groups["user"], groups["session"], fold) for fold in range(rule.folds)]
+    return [rule.held(people, visits, fold) for fold in range(rule.folds)]

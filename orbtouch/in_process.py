@@ -20,6 +20,7 @@ from controller.runtime.loop import Loop
 from controller.shared.errors import UserError, one_line
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
+from orbtouch import checks
 from orbtouch.evaluation import Predict, checked
 from orbtouch.networks import Command, Network, load_network
 from orbtouch.onnx_files import renamed
@@ -36,7 +37,7 @@ class _Judge(Recognizer):
         super().__init__(bundle)
         self.problem = ""
         self._predict, self._order = predict, [*order]
-        self._classes = [bundle.labels[order.index(place)] for place in range(len(order))]
+        self._classes = [bundle.labels[at] for at in np.argsort(order)]
         self._frame_s, self._late = 1.0 / bundle.rate_hz, 0
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
@@ -61,7 +62,7 @@ class _Judge(Recognizer):
 
 
 class _Server:
-    """A device in a thread of this program."""
+    """A device in a thread of this program; `thread` ends with a replay, or the predictor."""
 
     def __init__(
         self,
@@ -70,9 +71,7 @@ class _Server:
         base: Network | None,
         options: dict[str, Any],
     ) -> None:
-        allowed = ("sensor", "seed", "preset", "fault", "mapping", "replay")
-        if odd := [name for name in options if name not in allowed]:
-            raise UserError(f"there is no option {odd[0]!r}; there are {', '.join(allowed)}")
+        checks.options(options, ("sensor", "seed", "preset", "fault", "mapping", "replay"))
         for name in ("mapping", "replay"):
             if name in options:
                 options[name] = Path(options[name])
@@ -94,23 +93,18 @@ class _Server:
             self.judge = _Judge(self._parts.bundle, predict, order)
             self._parts = replace(self._parts, recognizer=self.judge)
         self.url, self._problem, self._closed = self._parts.link.url, "", False
-        self._thread = threading.Thread(target=self._run, name="live", daemon=True)
-        self._thread.start()
+        self.thread = threading.Thread(target=self._run, name="live", daemon=True)
+        self.thread.start()
 
     @property
     def problem(self) -> str:
         """Why it has ended; "" while it runs, and after a replay."""
         return self._problem or (self.judge.problem if self.judge else "")
 
-    @property
-    def ended(self) -> bool:
-        """Whether a replay is over, or the predictor has failed."""
-        return not self._thread.is_alive()
-
     def close(self) -> None:
         """End the device."""
         self._closed = True
-        self._thread.join(END_S)
+        self.thread.join(END_S)
 
     def _run(self) -> None:
         numbers = itertools.count(1)
@@ -132,9 +126,8 @@ class _Live(Orb):
     """An orb whose device is in this program."""
 
     def __init__(self, server: _Server) -> None:
-        receiver = Receiver(lambda: open_transport(server.url))
-        receiver.start()
-        super().__init__(receiver)
+        super().__init__(Receiver(lambda: open_transport(server.url)), server.close)
+        self._receiver.start()
         self._server = server
 
     def events(self) -> list[Press | Release | Command]:
@@ -142,14 +135,9 @@ class _Live(Orb):
         if self._server.problem:
             raise UserError(self._server.problem)
         events = super().events()
-        if self._server.ended and self.link == "lost":
+        if self.link == "lost" and not self._server.thread.is_alive():
             self.close()
         return events
-
-    def close(self) -> None:
-        """Say goodbye, and end the device."""
-        super().close()
-        self._server.close()
 
 
 def live(

@@ -55,10 +55,8 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
     except Exception as error:  # of the library, which has no common class
         raise UserError(f"no ONNX file: {onnxruntime_engine.first_line(error)}") from None
     for node in model.graph.node:
-        if node.op_type not in (*OPERATORS, *_SHAPES, *_CONSTANTS) or node.domain not in (
-            "",
-            "ai.onnx",
-        ):
+        known = node.op_type in (*OPERATORS, *_SHAPES, *_CONSTANTS)
+        if not known or node.domain not in ("", "ai.onnx"):
             raise UserError(
                 f"the network has the operator {node.op_type}; a device runs {', '.join(OPERATORS)}"
             )

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -21,6 +21,7 @@ from host.connection.receiver import Delivered, Received, Receiver, ever_connect
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.ui.orb_state import LinkState, OrbState
+from orbtouch import checks
 from orbtouch.networks import Command
 from orbtouch.recordings import Recording, load_recording
 
@@ -98,9 +99,9 @@ class Orb:
     connected again by itself.
     """
 
-    def __init__(self, receiver: Receiver, process: VirtualOrbProcess | None = None) -> None:
+    def __init__(self, receiver: Receiver, end: Callable[[], None] = lambda: None) -> None:
         """Take over a link of the implementation; use `connect` instead."""
-        self._receiver, self._process = receiver, process
+        self._receiver, self._end = receiver, end  # of a device of its own
         self._state = OrbState()
         self._connected = self._closed = False
         self._contact: Contact | None = None
@@ -206,8 +207,7 @@ class Orb:
         """Say goodbye, and end a virtual orb; iteration ends."""
         self._closed = True
         self._receiver.close()
-        if self._process is not None:
-            self._process.close()
+        self._end()
 
     def __iter__(self) -> Iterator[Command]:
         while not self._closed:
@@ -228,9 +228,7 @@ class Orb:
 
 def _words(options: Mapping[str, object], known: Sequence[str]) -> list[str]:
     """Return keywords as words of a command line; Error if one is not known."""
-    for name in options:
-        if name not in known:
-            raise UserError(f"there is no option {name!r}; there are {', '.join(known)}")
+    checks.options(options, known)
     return [word for name, value in options.items() for word in (f"--{name}", str(value))]
 
 
@@ -251,13 +249,13 @@ def connect(link: str = VIRTUAL, *, key: Path | str | None = None, **options: Op
     words = _words(options, _VIRTUAL)
     if words and link != VIRTUAL:
         raise UserError(f"options are those of a virtual orb; leave them out with {link}")
-    process = VirtualOrbProcess(1, words) if link == VIRTUAL else None
-    if process is not None:
-        receiver = Receiver(process.open, token=process.token)
+    if link == VIRTUAL:
+        process = VirtualOrbProcess(1, words)
+        orb = Orb(Receiver(process.open, token=process.token), process.close)
     else:
-        receiver = Receiver(lambda: open_transport(link), key=secret)
-    receiver.start()
-    return Orb(receiver, process)
+        orb = Orb(Receiver(lambda: open_transport(link), key=secret))
+    orb._receiver.start()
+    return orb
 
 
 def record(path: Path | str, duration: float, **options: Option) -> Recording:

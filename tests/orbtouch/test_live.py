@@ -93,4 +93,4 @@ def test_a_game_is_played_with_a_callable_that_fails_at_its_end() -> None:
     words = ("--headless", "--seconds", "0.5")
     assert orbtouch.play(poke, classes=CLASSES, words=words) == 0
     with pytest.raises(orbtouch.Error, match=r"^broken raised ValueError"):
-        orbtouch.play(broken, classes=CLASSES, words=("--headless", "--seconds", "3"))
+        orbtouch.play(broken, classes=CLASSES, words=("--headless", "--seconds", "6"))
