@@ -35,6 +35,7 @@ from tetris.kit.language import Words
 from tetris.kit.menu import Item, MenuStep
 from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, Start
+from tetris.window.menu_screen import MenuScreen
 from tetris.window.play_screen import PlayScreen
 
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
@@ -42,7 +43,8 @@ _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _ARMED: Final = "disarmed", "armed"
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
-_IDLE_HZ, _LIVELY_HZ = 10, 60  # pictures a second
+_UNUSED_HZ, _IDLE_HZ, _LIVELY_HZ = 4, 10, 60  # pictures a second
+_UNUSED_S: Final = 10.0  # without input, after which a menu is drawn least often
 
 
 class OrbApp(Orb):
@@ -90,6 +92,7 @@ class OrbApp(Orb):
         self.aiming = Aiming(self.stage, self.orb)
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
         self._pause: Screen | None = None  # the menu of a pause that the link made
+        self._used_s = 0.0  # when there was input last
         self._long_s = math.inf  # when a held pinch leaves the page
         self._taken = False  # whether the page took the last gesture for itself
         self._surface: pygame.Surface | None = None
@@ -148,8 +151,10 @@ class OrbApp(Orb):
     @property
     def frames_hz(self) -> int:
         """How often the window has something new to show: the screen's or the panel's need."""
-        own = _LIVELY_HZ if self.orb.lively(self._now_s) else _IDLE_HZ
-        return max(own, self.game.frames_hz)
+        if self.orb.lively(self._now_s):
+            return max(_LIVELY_HZ, self.game.frames_hz)
+        unused = self._now_s >= self._used_s + _UNUSED_S and type(self.stage.screen) is MenuScreen
+        return _UNUSED_HZ if unused else max(_IDLE_HZ, self.game.frames_hz)
 
     def _happened(self, events: Sequence[Event]) -> None:
         """Let the dome answer what happened in a game."""
@@ -161,6 +166,7 @@ class OrbApp(Orb):
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
         """Advance to the present time and process received events, oldest first."""
         self._now_s = now_s
+        self._used_s = now_s if self._events or self.orb.lively(now_s) else self._used_s
         for item in received:
             self._take(item, now_s)
         self._upload([*received])

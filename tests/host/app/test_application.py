@@ -205,6 +205,11 @@ def test_a_menu_that_nobody_uses_is_drawn_less_often_than_a_game() -> None:
     window = Window()
     window.pass_s(0.1, FELT)
     idle = window.app.frames_hz
+    window.pass_s(10.0)
+    assert window.app.frames_hz < idle
+    window.key(pygame.K_DOWN)
+    assert window.app.frames_hz >= idle
+    window.key(pygame.K_UP)
     for _ in range(2):
         window.pass_s(0.1, said("drop"))
     assert window.playing
