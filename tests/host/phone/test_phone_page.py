@@ -12,7 +12,7 @@ import statistics
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,6 +33,7 @@ from host.ui.pointer_input import DomeArea
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import PATIENCE_S, until
 from tetris.kit import language
+from tetris.window.menu_screen import MenuScreen
 
 CHROMIUM = shutil.which("chromium")
 Point = tuple[float, float]  # CSS pixels from the page's top left
@@ -155,11 +156,18 @@ class Play:
         while time.monotonic() < end_s:
             self.turn()
 
-    def until_ready(self) -> None:
+    def until(self, holds: Callable[[], object]) -> None:
         end_s = time.monotonic() + PATIENCE_S
-        while not (self.app.state.ready and self.app.virtual and self.phone.phone):
+        while not holds():
             assert time.monotonic() < end_s
             self.turn()
+
+    def choose(self, name: str) -> None:
+        """Take an item of the page in the window."""
+        screen = self.app.stage.screen
+        assert isinstance(screen, MenuScreen)
+        next(one.do for one in screen.menu.items if one.label == name and one.do)()
+        self.play(0.1)
 
     def stroke(self, path: Sequence[Sequence[Point]], hold_s: float) -> list[tuple[str, float]]:
         """Put fingers down, move them along, hold and lift them; return what came, and when."""
@@ -188,7 +196,7 @@ def playing() -> Iterator[Play]:
         with browser_page(SIZE) as browser:
             play = Play(app, receiver, browser)
             browser.open(app.phone.url)
-            play.until_ready()
+            play.until(lambda: app.state.ready and app.virtual and play.phone.phone)
             play.play(APART_S)
             yield play
     finally:
