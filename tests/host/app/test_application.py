@@ -100,16 +100,6 @@ def test_a_gesture_that_is_held_repeats_until_it_is_released() -> None:
     assert window.game.piece.x == wall - 1
 
 
-def test_a_lost_link_pauses_the_game_and_its_return_ends_the_pause() -> None:
-    window = Window(Start("zen", 1))
-    window.pass_s(READY_S)
-    window.pass_s(0.1, Lost("the cable is out"))
-    assert window.phase() is Phase.PAUSED
-    assert not window.playing  # a menu says why
-    window.pass_s(2.0, Connected(WELCOME))
-    assert window.phase() is Phase.RUNNING
-
-
 def test_the_pause_leads_to_the_orbs_and_ends_when_the_player_is_back_from_there() -> None:
     window = Window(Start("zen", 1))
     orbs = SimpleNamespace(tick=list, scan=list, entries=list, scanning=False, notice="")

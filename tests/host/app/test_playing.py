@@ -63,12 +63,17 @@ def test_a_pause_that_the_link_made_says_why(end: Received, reason: str) -> None
     assert window.app.stage.look.words(reason) in pages(window)
 
 
-def test_the_first_word_after_a_short_silence_goes_on_and_invents_nothing() -> None:
+@pytest.mark.parametrize(
+    ("end", "back"), [(Stale(), FELT), (Lost("the cable is out"), Connected(WELCOME))]
+)
+def test_the_first_word_after_a_silence_goes_on_and_invents_nothing(
+    end: Received, back: Received
+) -> None:
     window = playing()
     piece = window.game.piece
-    window.pass_s(0.1, Stale())
-    assert window.phase() is Phase.PAUSED
-    window.pass_s(RESUME_S + 0.1, FELT)
+    window.pass_s(0.1, end)
+    assert (window.phase(), window.playing) == (Phase.PAUSED, False)
+    window.pass_s(RESUME_S + 0.1, back)
     assert window.phase() is Phase.RUNNING
     assert window.game.piece == piece
 
