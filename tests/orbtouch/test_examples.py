@@ -119,25 +119,25 @@ def assert_judged(made: ModuleType) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short")
-def test_a_forest_is_judged_and_plays_tetris(
+def test_a_forest_is_judged_and_recognises_live(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It sees a replay of one it has learned, and the window closes once it saw two things."""
+    """It sees a replay of a person it has learned, with which the orb ends, in place of a game."""
     pytest.importorskip("sklearn")
-    play, answers = orbtouch.play, []
+    answers = []
     orbtouch.simulate(minutes=1, user=0)[0.0:5.0].save(tmp_path / "known.npz")
 
-    def watched(predict: Callable[[np.ndarray], np.ndarray], **given: Any) -> None:
+    def watched(predict: Callable[[np.ndarray], np.ndarray], words: Any, **given: Any) -> None:
         def heard(windows: np.ndarray) -> np.ndarray:
-            answers.append(int(predict(windows).argmax()))
-            if len({*answers}) > 1:
-                pygame.event.post(pygame.event.Event(pygame.QUIT))
-            return np.eye(len(given["classes"]))[answers[-1:]]
+            found = predict(windows)
+            answers.append(int(found.argmax()))
+            return found
 
-        assert play(heard, replay=tmp_path / "known.npz", **given) == 0
+        with orbtouch.live(heard, replay=tmp_path / "known.npz", **given) as orb:
+            list(orb)
 
     monkeypatch.setattr(orbtouch, "play", watched, raising=False)
-    monkeypatch.setattr(sys, "argv", ["forest.py", "--headless", "--seconds", "60"])
+    monkeypatch.setattr(sys, "argv", ["forest.py"])
     assert_judged(example("forest"))
     assert 0 in answers
     assert len({*answers}) > 1
