@@ -26,17 +26,17 @@ from controller.shared.event_metric import Answer, Event, attach
 from controller.simulator.orb import NOMINAL, OrbModel
 from controller.simulator.virtual_orb import VirtualOrb
 
-TIMES: Final = 20  # of each gesture
+TRIES_PER_GESTURE: Final = 20
 FIRST_S: Final = 1.8  # the rest image is taken before
 LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
 STRAY_S: Final = (9.0, 20.0)  # from one stray touch to the next
-STRAYS: Final = ("brush", "rest")
-PLACES: Final = ((-0.6, 0.35), (0.6, 0.35), (0.0, -0.8))  # of a press, shares of half the grid
-AIM: Final = 0.15  # standard deviation of a press's place, grid units
+STRAY_GESTURES: Final = ("brush", "rest")
+PRESS_PLACES: Final = ((-0.6, 0.35), (0.6, 0.35), (0.0, -0.8))  # shares of half the grid
+PLACE_SIGMA: Final = 0.15  # standard deviation of a press's place, grid units
 END_S: Final = 1.0  # after the last gesture, in which an answer may come
 REST_PF: Final = 40.0  # reading of an untouched taxel, in frames that are made of images
 PAUSE_S: Final = 0.4  # of rest after a variation
-_SEED: Final = 0
+_PLAY_SEED: Final = 0
 
 Progress = Callable[[float], None]
 Stream = tuple[list[Frame], list[Event]]
@@ -92,7 +92,7 @@ def measure(
         now = outcomes(bundle, stream)
         then = outcomes(eager, stream) if eager.debounce != bundle.debounce else now
         past = outcomes(before, stream) if now.keys() != {label} else {label: Outcome(0, 0.0)}
-        costs += [Cost(kind, TIMES, past[kind], now[kind], then[kind]) for kind in now]
+        costs += [Cost(kind, TRIES_PER_GESTURE, past[kind], now[kind], then[kind]) for kind in now]
         progress((number + 1) / len(streams))
     return costs
 
@@ -103,9 +103,9 @@ def performed(bundle: Bundle, labels: Sequence[str], hand: Hand) -> Stream:
         return [], []
     orb = VirtualOrb(hand.seed, bundle.rate_hz, model=hand.model)
     orb.quick = hand.quick
-    rng = np.random.default_rng([_SEED, hand.seed])
+    rng = np.random.default_rng([_PLAY_SEED, hand.seed])
     known = [label for label in labels if label in orb.repertoire]
-    deck = rng.permutation(np.repeat(known, TIMES)).tolist()
+    deck = rng.permutation(np.repeat(known, TRIES_PER_GESTURE)).tolist()
     frames: list[Frame] = []
     events: list[Event] = []
     free_s, stray_s, busy = FIRST_S, rng.uniform(*STRAY_S), False
@@ -113,7 +113,7 @@ def performed(bundle: Bundle, labels: Sequence[str], hand: Hand) -> Stream:
         now = len(frames) / bundle.rate_hz
         if not busy and now >= free_s and deck:
             stray = now >= stray_s
-            label = str(rng.choice(STRAYS)) if stray else deck.pop()
+            label = str(rng.choice(STRAY_GESTURES)) if stray else deck.pop()
             stray_s += stray * rng.uniform(*STRAY_S)
             orb.perform(len(frames), label, *_place(bundle, orb, label, rng), now)
             busy = True
@@ -131,10 +131,11 @@ def _place(
 ) -> tuple[float, float]:
     """Return where a performance is: aside, anywhere if stray, else in the middle."""
     half = np.array([bundle.columns - 1, bundle.rows - 1]) / 2.0
-    if label in STRAYS:
+    if label in STRAY_GESTURES:
         x, y = half * rng.uniform(0.0, 2.0, 2)
     elif orb.repertoire[label].place == "anywhere":
-        x, y = half * (1.0 + np.array(PLACES[rng.integers(len(PLACES))])) + rng.normal(0, AIM, 2)
+        place = np.array(PRESS_PLACES[rng.integers(len(PRESS_PLACES))])
+        x, y = half * (1.0 + place) + rng.normal(0, PLACE_SIGMA, 2)
     else:
         x, y = half
     return float(x), float(y)
@@ -142,7 +143,7 @@ def _place(
 
 def shown(examples: Sequence[Example], rate_hz: float) -> Stream:
     """Return frames and events of variations of one gesture's examples, with pauses."""
-    rng = np.random.default_rng(_SEED + 2)  # other variations than those learned
+    rng = np.random.default_rng(_PLAY_SEED + 2)  # other variations than those learned
     size = examples[0].images.shape[1:]
     noise = examples[0].noise() / math.sqrt(2.0)  # of two frames
 
@@ -150,7 +151,7 @@ def shown(examples: Sequence[Example], rate_hz: float) -> Stream:
         return rng.normal(1.0, noise, (round(seconds * rate_hz), *size)).astype(np.float32)
 
     made, events = [rest(FIRST_S)], list[Event]()
-    for number in range(TIMES):
+    for number in range(TRIES_PER_GESTURE):
         one = next(varied(examples[number % len(examples)], 1, rng))
         first = sum(map(len, made))
         assert one.span is not None

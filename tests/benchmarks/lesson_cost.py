@@ -1,4 +1,4 @@
-"""What the window says that a lesson costs, and what the demo then shows, by gesture.
+"""Cost of a lesson as the window says it, and as the demo then shows it, by gesture.
 
     python -m tests.benchmarks.lesson_cost --bundle FILE --label squeeze [--seeds 20] [--json]
 

@@ -54,7 +54,7 @@ OPERATORS: Final[dict[str, str]] = {
     "Unsqueeze": "",
 }
 LIST_ATTRIBUTES: Final = ("axes", "kernel_shape", "pads", "perm", "strides")
-LAST: Final = "last"  # attribute of a GRU made here: only the state after the last step is used
+LAST_STATE: Final = "last"  # own attribute of a GRU: only its state after the last step is used
 
 Tensor = NDArray[Any]  # float32 or int64, of any shape
 _FLOAT32: Final = 1  # TensorProto.DataType
@@ -320,8 +320,8 @@ def _node(node: _Message) -> Node:
     inputs, outputs = node.texts(1), node.texts(2)
     attributes: dict[str, Any] = {}
     if op == "GRU":
-        attributes[LAST] = outputs[:1] == ("",)
-        outputs = outputs[attributes[LAST] :]
+        attributes[LAST_STATE] = outputs[:1] == ("",)
+        outputs = outputs[attributes[LAST_STATE] :]
     most = 4 if op == "GRU" else 3
     if len(outputs) != 1 or not 1 <= len(inputs) <= most or not all((*inputs, *outputs)):
         raise GraphError(f"has {op} with {len(inputs)} inputs and {len(outputs)} outputs")

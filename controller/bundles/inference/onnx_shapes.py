@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from controller.bundles.inference.onnx_reader import (
-    LAST,
+    LAST_STATE,
     MAX_RANK,
     Graph,
     GraphError,
@@ -22,7 +22,7 @@ from controller.bundles.inference.onnx_reader import (
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
 MAX_MACS: Final = 2_000_000_000  # multiplications of one output: about a second on a small board
 STEP_MACS: Final = 4_000  # what a step of a GRU costs an engine, however small it is
-_WHOLE: Final = ("Gather", "ReduceMean", "ReduceSum", "Reshape", "Squeeze", "Unsqueeze")
+_INTEGER_INPUTS: Final = ("Gather", "ReduceMean", "ReduceSum", "Reshape", "Squeeze", "Unsqueeze")
 
 Shape = tuple[int, ...]
 
@@ -43,7 +43,7 @@ def sizes(graph: Graph) -> Sizes:
     elements, macs = math.prod(graph.shape), 0
     for node in graph.nodes:
         inputs = [shapes[name] for name in node.inputs]
-        numbers = node.inputs[:1] if node.op in _WHOLE else node.inputs
+        numbers = node.inputs[:1] if node.op in _INTEGER_INPUTS else node.inputs
         if any(name in graph.weights and graph.weights[name].dtype.kind != "f" for name in numbers):
             raise GraphError(f"has {node.op} of whole numbers; weights are float32")
         try:
@@ -187,7 +187,7 @@ def _gru(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int
     fits = [(1, 3 * units, width), (1, 3 * units, units), (1, 6 * units)]
     if units < 1 or len(inputs) < 3 or inputs[1:] != fits[: len(inputs) - 1]:
         raise ValueError(f"the weights are not those of {units} units in one direction")
-    shape = (1, batch, units) if node.attributes[LAST] else (steps, 1, batch, units)
+    shape = (1, batch, units) if node.attributes[LAST_STATE] else (steps, 1, batch, units)
     return shape, steps * (batch * 3 * units * (width + units) + STEP_MACS)
 
 

@@ -33,7 +33,7 @@ SOL_BLUETOOTH: Final = 274  # Linux, include/net/bluetooth/bluetooth.h, like the
 BT_SECURITY: Final = 4
 MEDIUM: Final = 2  # encrypted, with a key from pairing
 
-_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
+_SERVICE_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
 
 # Called with a connected socket, name and address of its host, and the host's path in BlueZ.
 Accept = Callable[[socket.socket, str, str], None]
@@ -131,4 +131,4 @@ def _encrypted(connection: socket.socket) -> bool:
 
 def record(channel: int = CHANNEL) -> str:
     """Return the SDP service record in BlueZ's XML, for an RFCOMM channel, 1 to 30."""
-    return _RECORD.format(uuid=SERVICE_UUID, channel=channel, name=ALIAS)
+    return _SERVICE_RECORD.format(uuid=SERVICE_UUID, channel=channel, name=ALIAS)

@@ -1,4 +1,4 @@
-"""What a lesson costs: the simulated hand before it, after it, and without waiting."""
+"""Cost of a lesson: the simulated hand before it, after it, and without waiting."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ HAND = cost.Hand(seed=3, quick=False)
 
 @pytest.fixture(autouse=True)
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cost, "TIMES", 2)
+    monkeypatch.setattr(cost, "TRIES_PER_GESTURE", 2)
     monkeypatch.setattr(few_shot, "COPIES", 60)
 
 

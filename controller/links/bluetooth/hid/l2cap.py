@@ -22,7 +22,7 @@ _OK, _NO_SUCH_REPORT, _UNSUPPORTED, _BAD_PARAMETER = 0x0, 0x2, 0x3, 0x4
 _UNPLUG: Final = 0x5  # an operation of control
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
-_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
+_SERVICE_RECORD: Final = (files(__package__) / "service_record.xml").read_text("utf-8")
 
 
 class HidChannels:
@@ -97,7 +97,7 @@ def _handshake(result: int) -> bytes:
 
 def record(name: str) -> str:
     """Return the service record of a device name in BlueZ's XML: section 5.3 of the profile."""
-    return _RECORD.format(
+    return _SERVICE_RECORD.format(
         name=name,
         control=CONTROL,
         interrupt=INTERRUPT,
