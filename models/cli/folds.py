@@ -2,18 +2,14 @@
 
 import argparse
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from controller.shared.arguments import whole
 from models.cli import _options as options
 from models.cli import sweep
-
-if TYPE_CHECKING:
-    from models.studies.sweep.run import Sweep
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
@@ -38,43 +34,28 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--task", choices=("gesture", "location"), default="gesture", help=words)
     words = "trainings of each model; no more than there are people (default: 5)"
     add("--folds", type=whole(2, 1000), default=5, metavar="N", help=words)
-    words = "compare with plain models, too (orbtouch docs people); each DIR has its own table"
-    add("--peers", action="store_true", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, judge, and print the table."""
     options.require("training in folds", "torch", "sklearn", "joblib", extra="train,sweep")
-    if not arguments.peers:
-        return sweep.finish(_planned(arguments, arguments.paths, arguments.out, "folds"))
-    if arguments.task == "location":
-        raise ValueError("--peers are of gestures; places are judged beside trees without it")
-    sets = {path.resolve().name: path for path in arguments.paths}
-    if len(sets) < len(arguments.paths):
-        raise ValueError("two folders have one name, which their results would share; rename one")
-    made = [_planned(arguments, [path], arguments.out / name, name) for name, path in sets.items()]
-    return max([sweep.finish(one) for one in made])
-
-
-def _planned(arguments: argparse.Namespace, paths: Sequence[Path], out: Path, name: str) -> "Sweep":
-    """Return the sweep over some of the folders, with as many folds as they have people at most."""
     from controller.shared.config import parse_toml
     from models.data import examples
     from models.studies.sweep import plan
     from models.studies.sweep.run import Sweep
 
     table = parse_toml(files("models.studies.sweep").joinpath("folds.toml").read_text("utf-8"))
-    places = [path.absolute() for path in paths]
+    places = [path.absolute() for path in arguments.paths]
     table["data"]["folders"] = list(map(str, places))
     table["train"]["task"] = arguments.task
-    if arguments.peers:
-        table["axes"]["model"] = list(plan.MODELS)
     surveys = examples.read_training(places).surveys
     if surveys[0].origin.signal.ratio:
         table["train"]["recipe"] = "default"  # as `models train` does
-    made = plan.parse(table, name)
+    made = plan.parse(table, "folds")
     people = len({(one.origin.seed, one.origin.user or one.path) for one in surveys})
     if people < 2:
-        raise ValueError(f"{paths[0]} holds recordings of one person; give those of two or more")
+        place = arguments.paths[0]
+        raise ValueError(f"{place} holds recordings of one person; give those of two or more")
     made = replace(made, test=replace(made.test, folds=min(people, arguments.folds)))
-    return sweep.of_recordings(Sweep(made, out, workers=os.cpu_count() or 1), places)
+    planned = Sweep(made, arguments.out, workers=os.cpu_count() or 1)
+    return sweep.finish(sweep.of_recordings(planned, places))

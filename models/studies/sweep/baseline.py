@@ -10,7 +10,9 @@ A misread taxel moves the centroid, so the signal of a single taxel is left out 
 finger always covers several.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -82,6 +84,40 @@ class Signal:
         waves = np.abs(np.fft.rfft(course, axis=1)[:, 1 : WAVES + 1]).reshape(len(course), -1)
         own = [mean, course.std(axis=1), course.max(axis=1), share, waves]
         return np.concatenate([self.trajectory(windows), *own], axis=1).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class GestureTrees:
+    """Two forests, of the trajectory and of all features; the mean of their probabilities."""
+
+    signal: Signal
+    forests: Sequence[Any]  # of scikit-learn
+
+    @classmethod
+    def train(cls, windows: Windows, label: NDArray[np.integer], seed: int) -> "GestureTrees":
+        """Return the trees of windows and their classes (n,)."""
+        from sklearn.ensemble import ExtraTreesClassifier
+
+        signal = Signal.of(windows)
+        rows = signal.features(windows)
+        widths = (signal.trajectory(windows[:1]).shape[1], rows.shape[1])
+        forest = partial(ExtraTreesClassifier, TREES, min_samples_leaf=LEAF, random_state=seed)
+        forests = [
+            forest(max_features=chosen).fit(rows[:, :width], label)
+            for width, chosen in zip(widths, CHOSEN, strict=True)
+        ]
+        return cls(signal, forests)
+
+    @property
+    def known(self) -> NDArray[np.integer]:
+        """The classes that were learned, ascending, (classes,)."""
+        return np.asarray(self.forests[0].classes_)
+
+    def probabilities(self, windows: Windows) -> NDArray[np.floating]:
+        """Return the probability of each known class, (n, classes)."""
+        rows = self.signal.features(windows)
+        answers = [one.predict_proba(rows[:, : one.n_features_in_]) for one in self.forests]
+        return np.asarray(np.mean(answers, axis=0))
 
 
 def shares(images: Images) -> Rows:

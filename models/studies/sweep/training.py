@@ -27,7 +27,6 @@ from models.data.touch_images import Touches
 from models.evaluation import scores
 from models.results.training import Epoch
 from models.studies.sweep import baseline, plan
-from models.studies.sweep.peers import PEERS
 from models.studies.sweep.plan import Training
 from models.training import symmetry_search
 from models.training.gesture_task import gesture_task
@@ -148,17 +147,15 @@ def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
     return {**_summary(curve, len(parts.train)), "held": held, "notes": notes}
 
 
-def _peer(taught: Data, unseen: Data, asked: Training) -> Result:
-    """Train a peer on at most `baseline.LEARNED` windows, evenly spread; judge it as CNN-3D."""
+def _gesture_trees(taught: Data, unseen: Data, asked: Training) -> Result:
+    """Train trees on at most `baseline.LEARNED` windows, evenly spread; judge them as CNN-3D."""
     own, judged = taught.examples, unseen.examples
     ends = own.ends[:: -(-len(own.ends) // baseline.LEARNED)]
-    known, label = np.unique(own.label[ends], return_inverse=True)
-    peer = PEERS[asked.model](asked.gesture, asked.seed)
-    peer.fit(own.windows(ends), label, taught.user[own.session[ends]])
+    trees = baseline.GestureTrees.train(own.windows(ends), own.label[ends], asked.seed)
     answers = np.zeros((len(judged.ends), len(taught.vocabulary.labels)), dtype=np.float32)
     for first in range(0, len(answers), baseline.AT_ONCE):
         some = slice(first, first + baseline.AT_ONCE)
-        answers[some, known] = peer.predict_proba(judged.windows(judged.ends[some]))
+        answers[some, trees.known] = trees.probabilities(judged.windows(judged.ends[some]))
     return {**_summary((), len(ends)), "held": _judged(unseen, answers)}
 
 
@@ -216,7 +213,7 @@ def _placed(unseen: Data, judged: Touches, places: NDArray[np.floating]) -> list
 # A task is a line here, and its measure in models/studies/sweep/report.py.
 TASKS: Final[Mapping[tuple[str, str], Callable[[Data, Data, Training], Result]]] = {
     ("gesture", "network"): _gestures,
-    **{("gesture", name): _peer for name in PEERS},
+    ("gesture", "trees"): _gesture_trees,
     ("location", "network"): _locations,
     ("location", "trees"): _location_trees,
 }
