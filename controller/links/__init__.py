@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import re
 from typing import Any, Final
 
 from controller.links.base import Access, Link, LinkAwayError, LinkError
@@ -20,13 +19,11 @@ __all__ = [
     "LinkError",
     "module_of",
     "open_link",
-    "split",
 ]
 
 # Schemes of pyserial's URLs, and names of ports without one.
 _SERIAL: Final = ("", "socket", "rfc2217", "loop", "spy", "alt", "hwgrep", "cp2110")
 PRINT: Final = "-"  # the link that prints commands
-_JOINT: Final = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere is part of the URL
 
 
 def open_link(
@@ -36,8 +33,7 @@ def open_link(
 
     Args:
         url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
-            its `url`); anything else is the name of a port, or a pyserial URL; "rfcomm:+hid:"
-            opens both.
+            its `url`); anything else is the name of a port, or a pyserial URL.
         welcome: The description of the device.
         token: Shared secret of the hosts; "" accepts every host.
         key: Key that authenticates every frame, on both ends; b"": no authentication.
@@ -55,8 +51,6 @@ def open_link(
 def module_of(url: str) -> Any:
     """Return the module that opens a URL: that of its scheme, or `serial_port`."""
     scheme = "stdout" if url == PRINT else url.partition(":")[0] if ":" in url else ""
-    if len(split(url)) > 1:
-        scheme = "multi"
     if scheme.isidentifier() and importlib.util.find_spec(f"{__name__}.{scheme}"):
         module = importlib.import_module(f"{__name__}.{scheme}")
         if hasattr(module, "create"):
@@ -64,8 +58,3 @@ def module_of(url: str) -> Any:
     elif scheme not in _SERIAL and (found := plugins.find("links", scheme)) is not None:
         return found
     return importlib.import_module(f"{__name__}.serial_port")
-
-
-def split(url: str) -> list[str]:
-    """Return the links in a URL: one, or several joined by a plus."""
-    return _JOINT.split(url)
