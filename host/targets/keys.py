@@ -13,12 +13,19 @@ from typing import Final
 from controller.shared.aliases import Say
 from controller.shared.keymap import keymap
 from controller.shared.keymap.key_state import KeyState
-from controller.shared.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
+from controller.shared.keymap.keymap import (
+    GAMEPAD,
+    KEYBOARD,
+    Arm,
+    KeyMap,
+    KeyMapError,
+    Kind,
+    Outputs,
+)
 from controller.shared.protocol.messages import COMMANDS, Command, State, Telemetry, Welcome
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import PRINT, BackendError
 from host.injection.injector import Injector, PrintingSender, Sender
-from host.injection.terminal import Poll, keyboard
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
 
@@ -43,8 +50,6 @@ class KeysTarget(Target):
         """
         super().__init__()
         self.keys = KeyState(key_map)
-        self._typed: Poll = list
-        self._resources = contextlib.ExitStack()  # the terminal
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._unknown: list[str] = []  # commands of the mapping that the orb does not have
         self._now_s = 0.0
@@ -63,8 +68,6 @@ class KeysTarget(Target):
             self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)
-        for key in self._typed():
-            self.hot_key(key)
         for item in received:
             self._take(item, now_s)
         self.keys.tick(now_s)
@@ -76,12 +79,8 @@ class KeysTarget(Target):
             self.observe(item, now_s)
         self.orb.advance(now_s)
 
-    def read_terminal(self) -> None:
-        """Read hot keys from the terminal, too, until `close`; in the main thread only."""
-        self._typed = self._resources.enter_context(keyboard())
-
     def hot_key(self, key: str) -> None:
-        """Process a hot key of the application's window or the terminal."""
+        """Process a hot key of the application's window."""
         if key == self._map.arm_key:
             self.keys.toggle("by hand")
         elif key == self._map.profile_key:
@@ -97,7 +96,6 @@ class KeysTarget(Target):
             self._send_strokes()
         finally:
             self._sender.close()
-            self._resources.close()
         if trouble := self._sender.check():
             self._say(f"disarmed {trouble}")
         self._report(was_armed)
@@ -164,13 +162,15 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """Read the mapping (KeyMapError), and start the sender (BackendError)."""
     path = options.mapping or Path(kind)
     key_map = keymap.load(path, OUTPUTS[kind]).beginning(options.profile)
+    if not (arming := _arming(key_map)):
+        raise KeyMapError(
+            f"no command of {path} arms; write menu = {{ arm = true }} ({OUTPUTS[kind].docs})"
+        )
     sender: Sender = Injector(options.backend, kind, key_map.keys)
     if options.backend == PRINT:
         sender = PrintingSender(partial(print, flush=True))
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
-    target.read_terminal()
-    arming = [f"{key_map.arm_key} here", *_arming(key_map)]
     _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {path.name}, {key_map.first})")
     return target
 

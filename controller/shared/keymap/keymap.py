@@ -1,6 +1,6 @@
 """Key mappings: the entry of each command by profile, parsed from TOML, and the outputs of targets.
 
-arm_key = "f9"                     # in the program's window or terminal
+arm_key = "f9"                     # in the program's window
 
 [everywhere]                       # holds in every profile
 pause = { profile = "slides" }
@@ -110,7 +110,7 @@ class KeyMap:
     """The entry of every command in every profile."""
 
     profiles: dict[str, dict[str, Entry]]  # by name, in the order of the file: command to entry
-    arm_key: str = "f9"  # key of the program's window and terminal that arms and disarms
+    arm_key: str = "f9"  # key of the program's window that arms and disarms
     profile_key: str = "f8"  # key that changes to the next profile
     allowed: tuple[Chord, ...] = ()  # dangerous chords that the user permits
     # entries of commands held for `long_s`, in every profile

@@ -1,8 +1,7 @@
-"""`host --target keyboard` as a process, told what to do by an orb and by its terminal."""
+"""`host --target keyboard` as a process, told what to do by an orb."""
 
 import contextlib
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -38,42 +37,14 @@ def test_the_back_end_print_prints_what_would_be_pressed_until_it_is_ended(
         assert host.wait() == 128 + signal.SIGTERM
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no ptys")
-def test_key_of_the_terminal_arms_it_and_the_terminal_is_left_as_it_was(tmp_path: Path) -> None:
-    import pty
-    import termios
-
-    screen, terminal = pty.openpty()
-    before = termios.tcgetattr(terminal)
-    program = (
-        "import fcntl, runpy, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
-        "runpy.run_module('host', run_name='__main__', alter_sys=True)"
-    )
-    with contextlib.ExitStack() as stack:
-        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0", "--scripted"))
-        assert orb.stdout is not None
-        url = json.loads(orb.stdout.readline())["listening"]
-        host = subprocess.Popen(
-            [sys.executable, "-c", program, *KEYBOARD, "--backend=print", "--link", url],
-            stdin=terminal,
-            stderr=terminal,
-            start_new_session=True,
-        )
-        seen = b""
-        for words, answer in ((b"disarmed; f9 here", b"\x1b[20~"), (b"armed by hand", b"")):
-            while words not in seen:
-                seen += os.read(screen, 1024)
-            os.write(screen, answer)
-        while b"\a" not in seen:
-            seen += os.read(screen, 1024)
-        host.terminate()
-        while seen.count(b"\a") < 3:
-            seen += os.read(screen, 1024)
-        assert host.wait() == 128 + signal.SIGTERM
-        assert b"disarmed at the end" in seen
-        assert termios.tcgetattr(terminal) == before
-    os.close(screen)
-    os.close(terminal)
+def test_a_mapping_that_cannot_be_armed_is_refused(tmp_path: Path) -> None:
+    keys = tmp_path / "keys.toml"
+    keys.write_text('[profile.a]\ndown = "down"\n')
+    host = [sys.executable, "-m", "host", *KEYBOARD, "--mapping", str(keys)]
+    done = subprocess.run(host, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "no command of" in done.stderr
+    assert "menu = { arm = true }" in done.stderr
 
 
 @contextlib.contextmanager
