@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import logging
 import os
@@ -11,7 +12,6 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -21,8 +21,8 @@ from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Handler, Loop
-from controller.runtime.process import IdleCollector, WatchdogHeartbeat
 from controller.runtime.renewal import exchange, renew
+from controller.runtime.systemd import WatchdogHeartbeat
 from controller.sensors import base as sensors
 from controller.shared import errors
 from controller.shared.arguments import Parser, number, whole
@@ -64,8 +64,8 @@ def _run(parts: Parts, shutdown: Shutdown) -> None:
         return
     watchdog = WatchdogHeartbeat()
     watchdog.ready()
-    collector = IdleCollector()
-    parts = replace(parts, collector=collector)
+    gc.collect()
+    gc.freeze()  # a collection looks at later objects only: 0.1 ms in place of 0.4 s
     try:
         while _sessions(parts, shutdown, watchdog):
             shutdown.renew = False
@@ -75,7 +75,6 @@ def _run(parts: Parts, shutdown: Shutdown) -> None:
                 _log.error("the change is refused, continuing as before: %s", error)
     finally:
         watchdog.stopping()
-        collector.close()
 
 
 def _sessions(parts: Parts, shutdown: Shutdown, watchdog: WatchdogHeartbeat) -> bool:

@@ -29,7 +29,6 @@ from controller.recordings import reader
 from controller.recordings.recording import refuse_misfit
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.latency import LatencyReporter
-from controller.runtime.process import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.base import Sensor
@@ -82,7 +81,6 @@ class Parts:
     link: Link  # the link for messages
     owned: bool  # whether a host started this process
     runs: RunFiles | None  # files for recordings; None: no recording
-    collector: IdleCollector | None = None  # garbage collection between frames; None: Python's own
 
 
 # --- before the first frame -----------------------------------------------------------------------
@@ -260,7 +258,6 @@ def open_device(parts: Parts, session: int) -> Device:
     latency = LatencyReporter(
         1.0 / sensor.rate_hz,
         lambda report: link.send(report, round(device.now_s * 1000)) if link.connected else None,
-        collector=parts.collector,
     )
     hand = _hand(parts, sensor)
     device = Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)

@@ -1,8 +1,7 @@
 """Latency of the control loop: a stamp at the end of each hop, percentiles, and their reports.
 
 The loop stamps the beginning of a frame, the stages the ends of their hops. In the idle time
-between two frames garbage is collected, and the report is sent to the host. No function waits,
-and memory is bounded.
+between two frames the report is sent to the host. No function waits, and memory is bounded.
 """
 
 import time
@@ -11,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from controller.runtime.process import IdleCollector
 from controller.shared.protocol.messages import LatencyReport, StageTime
 
 # The device's hops in order, each named by the work that ends with it.
@@ -19,7 +17,7 @@ HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")
 LINES: Final = 4096  # frames in the statistics: seven minutes at 10 a second
 REPORT_S: Final = 1.0  # between two reports
 _SHARES: Final = (50.0, 95.0, 99.0)
-_SLACK_S: Final = 0.01  # least idle time for collection and reports
+_SLACK_S: Final = 0.01  # least idle time for a report
 
 
 class LatencyStatistics:
@@ -61,15 +59,11 @@ class LatencyReporter:
         period_s: float,
         send: Callable[[LatencyReport], object],
         *,
-        collector: IdleCollector | None = None,
         clock_ns: Callable[[], int] = time.perf_counter_ns,
     ) -> None:
-        """Prepare for the first frame.
-
-        Reports go to `send` every second. The collector works in idle time.
-        """
+        """Prepare for the first frame; reports go to `send` every second."""
         self.statistics = LatencyStatistics()
-        self._period_s, self._send, self._collector = period_s, send, collector
+        self._period_s, self._send = period_s, send
         self._clock_ns = clock_ns
         self._stamps = [0] * (len(HOPS) + 1)
         self._at = 0
@@ -90,14 +84,11 @@ class LatencyReporter:
                 self.statistics.note(self._stamps)
 
     def idle(self, now_s: float, left_s: float, missed: int) -> None:
-        """Collect garbage and report, if `left_s`, the time until the next frame, suffices.
+        """Report, if it is due and `left_s`, the time until the next frame, suffices.
 
         `now_s` is the loop's clock, and `missed` counts frames skipped since the start.
         """
-        if left_s < _SLACK_S:
-            return
-        if self._collector is not None:
-            self._collector.idle(now_s, left_s)
-        if now_s - self._reported_s >= REPORT_S and self.statistics.lines:
+        due = now_s - self._reported_s >= REPORT_S and self.statistics.lines
+        if due and left_s >= _SLACK_S:
             self._reported_s = now_s
             self._send(LatencyReport(self._period_s * 1000, missed, self.statistics.digest()))

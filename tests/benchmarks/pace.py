@@ -8,6 +8,7 @@ hypervisor's steal time, when it gave this machine's processors to others, is pr
 answer for that.
 """
 
+import gc
 import multiprocessing
 import os
 import time
@@ -30,7 +31,6 @@ from controller.recordings import reader
 from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
-from controller.runtime.process import IdleCollector
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
@@ -109,15 +109,15 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
     ]
     for helper in helpers:
         helper.start()
-    sweeper = IdleCollector()
-    timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0), collector=sweeper)
+    gc.freeze()  # as the device does
+    timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0))
     timekeeper.statistics = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
     pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     device = Device(Recorded(grid, rate_hz), pipeline, link, latency=timekeeper)
     loop = Loop(link, lambda: device, time.monotonic)
     tell(f"{minutes:g} minutes at {rate_hz:g} frames a second, one other process computing")
     loop.run(lambda: time.time() >= end_s)
-    sweeper.close()
+    gc.unfreeze()
     link.close()
     for helper in helpers:
         helper.join()

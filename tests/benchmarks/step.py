@@ -13,6 +13,7 @@ onnxruntime` alone, interleaved, from bytecode, and the resident memory then. Th
 with its rest known and a hand on the orb. `startup_cpu_ratio` says the same on a busy machine.
 """
 
+import gc
 import os
 import subprocess
 import sys
@@ -42,7 +43,6 @@ from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
-from controller.runtime.process import IdleCollector
 from controller.shared.protocol.messages import NumberedCommand
 from controller.shared.protocol.packets import encode
 from tests.support.processes import memory_mib
@@ -145,7 +145,7 @@ def paced(bundle: Bundle, rate_hz: float, seconds: float) -> Array:
     times = np.empty(count)
     for number in range(len(frames) // 4):
         pipeline.step(frames[number], number / bundle.rate_hz)
-    sweeper = IdleCollector()  # garbage is what the device does between frames, too
+    gc.freeze()  # as the device does
     origin = time.perf_counter()
     for number in range(count):
         due = origin + number / rate_hz
@@ -164,9 +164,7 @@ def paced(bundle: Bundle, rate_hz: float, seconds: float) -> Array:
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
         pipeline.check_health()  # as the device does when the packet is out
-        now = time.perf_counter()
-        sweeper.idle(now, origin + (number + 1) / rate_hz - now)
-    sweeper.close()
+    gc.unfreeze()
     os.close(out)
     os.close(into)
     return times / 1e6

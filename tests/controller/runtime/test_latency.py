@@ -1,11 +1,9 @@
 """The ledger: each hop of each frame, percentiles of the latest ones, and memory that stays."""
 
-import gc
 from dataclasses import replace
 from types import SimpleNamespace
 
 from controller.cli.run import options_of
-from controller.runtime import process
 from controller.runtime.assemble import open_device, prepare
 from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
 from controller.shared.protocol.messages import LatencyReport, StageTime
@@ -28,22 +26,6 @@ def test_old_frames_are_forgotten_and_nothing_grows() -> None:
         ledger.note([0, ms * 1_000_000])
     assert ledger.digest()[0] == StageTime("scan", 1.0, 1.0, 1.0)
     assert ledger.lines == 20
-
-
-def test_garbage_is_swept_between_frames_only() -> None:
-    sweeper = process.IdleCollector()
-    try:
-        assert not gc.isenabled()
-        before = gc.get_stats()[1]["collections"]
-        sweeper.idle(now_s=10.0, left_s=0.001)  # the next frame is near
-        assert gc.get_stats()[1]["collections"] == before
-        sweeper.idle(now_s=10.0, left_s=0.09)
-        assert gc.get_stats()[1]["collections"] == before + 1
-        sweeper.idle(now_s=10.1, left_s=0.09)  # swept just now
-        assert gc.get_stats()[1]["collections"] == before + 1
-    finally:
-        sweeper.close()
-    assert gc.isenabled()
 
 
 def test_frames_count_after_all_hops_and_reports_come_once_a_second() -> None:

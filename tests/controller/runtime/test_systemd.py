@@ -14,7 +14,7 @@ import pytest
 
 from controller.diagnostics import bluetooth
 from controller.runtime.device import HOLD_S, LongPress
-from controller.runtime.process import BEATS, WatchdogHeartbeat
+from controller.runtime.systemd import BEATS, WatchdogHeartbeat
 from controller.shared.bluetooth.bluez import SERVICE_UUID, explain
 from tests.support import ROOT
 

@@ -1,8 +1,6 @@
-"""The process around the loop: systemd and garbage collection."""
+"""Messages to systemd: started, stopping, status line, and heartbeats of the watchdog."""
 
 import contextlib
-import gc
-import logging
 import os
 import socket
 import time
@@ -10,12 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 BEATS: Final = 3  # heartbeats per watchdog interval; sd_notify(3) requires two
-COLLECT_S: Final = 5.0  # between two collections
-_SLACK_S: Final = 0.02  # least idle time; a collection of young objects takes less than 1 ms
-
-_log = logging.getLogger("controller")
-
-# --- systemd --------------------------------------------------------------------------------------
 
 
 class WatchdogHeartbeat:
@@ -80,28 +72,3 @@ def _interval_s(environment: Mapping[str, str]) -> float:
     if process != str(os.getpid()) or not microseconds.isdecimal():
         return 0.0
     return int(microseconds) / 1e6
-
-
-# --- low jitter of a frame ------------------------------------------------------------------------
-
-
-class IdleCollector:
-    """Garbage collection in the idle time between frames only."""
-
-    def __init__(self) -> None:
-        """Freeze all present objects, and switch automatic collection off."""
-        gc.collect()
-        gc.freeze()
-        gc.disable()
-        self._collected_s = 0.0
-
-    def idle(self, now_s: float, left_s: float) -> None:
-        """Collect, if it is due and the next frame is far enough away."""
-        if left_s >= _SLACK_S and now_s - self._collected_s >= COLLECT_S:
-            self._collected_s = now_s
-            gc.collect(1)
-
-    def close(self) -> None:
-        """Switch automatic collection on again."""
-        gc.enable()
-        gc.unfreeze()
