@@ -1,7 +1,6 @@
-"""Numbers, times and names as reports, cards and terminals show them."""
+"""Numbers, times and names as cards and terminals show them."""
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 from models.results.evaluation import Figure
@@ -50,13 +49,6 @@ def duration(value: float) -> str:
     return f"{value / 60:.0f} min" if value < 7200 else f"{value / 3600:.1f} h"
 
 
-def lateness(value: float) -> str:
-    """Return a delay in seconds as "120 ms after", or "120 ms before" if it is negative."""
-    if not math.isfinite(value):
-        return f"{NONE} after"
-    return f"{abs(1000 * value):.0f} ms {'after' if value >= 0 else 'before'}"
-
-
 def points(share: float) -> str:
     """Return a difference of shares in percentage points."""
     return f"{100 * share:.1f} points" if math.isfinite(share) else NONE
@@ -76,10 +68,3 @@ def _interval(figure: Figure, times: float, digits: int) -> str:
     if not (math.isfinite(figure.low) and math.isfinite(figure.high)):
         return ""
     return f" ({times * figure.low:.{digits}f}–{times * figure.high:.{digits}f})"
-
-
-def joined(names: Sequence[str]) -> str:
-    """Return names in a row: "a, b and c"."""
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -44,11 +44,11 @@ def reason(error: OSError) -> str:
 
 
 def output_folder(path: Path) -> Path:
-    """Return a folder of --out, which is made; UserError if that is not possible."""
+    """Return a folder for results, which is made; UserError if that is not possible."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        problem = f"cannot write into {path}: {reason(error)}; choose another --out"
+        problem = f"cannot write into {path}: {reason(error)}; choose another folder"
         raise UserError(problem) from None
     return path
 

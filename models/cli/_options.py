@@ -16,7 +16,6 @@ PACKAGES: Final = {
     "torch": "torch",
     "onnx": "onnx",
     "tomli_w": "tomli-w",
-    "jinja2": "jinja2",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
     "joblib": "joblib",

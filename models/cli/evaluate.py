@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.shared.errors import output_folder
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     words = "source of the simulated touches (default: person)"
     add("--hand", choices=("person", "pointer"), default="person", help=words)
     add("--json", type=Path, metavar="FILE", help="write the figures as JSON")
-    add("--html", type=Path, metavar="FILE", help="write them as a report to look at")
+    words = "draw how much a probability means, and the errors of places, as SVG"
+    add("--figures", type=Path, metavar="DIR", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,11 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results import storage
     from models.results.evaluation import Evaluation, numbers
 
-    for path in filter(None, (arguments.json, arguments.html)):
-        storage.target(path)
-    if arguments.html:
-        options.require("a report", "jinja2", "matplotlib", extra="report")
-        from models.reports import page
+    if arguments.json:
+        storage.target(arguments.json)
+    if arguments.figures:
+        options.require("drawing figures", "matplotlib", extra="plot")
+        output_folder(arguments.figures)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []
@@ -81,8 +83,11 @@ def run(arguments: argparse.Namespace) -> int:
         options.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
     if arguments.json:
         storage.write_json(arguments.json, found)
-    if arguments.html:
-        page.write(arguments.html, found)
+    if arguments.figures:
+        from models.reports import figures
+
+        for path in figures.draw_evaluation(found, arguments.figures):
+            options.say(f"wrote {path}")
     return 0
 
 

@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     request = replace(request, command=_command(request))
     if request.epochs == 0:
         return _choose(request)
-    options.require("training", "torch", "sklearn", "onnx", "tomli_w", "jinja2", "matplotlib")
+    options.require("training", "torch", "sklearn", "onnx", "tomli_w", "matplotlib")
     from models.reports import cards
     from models.results.training import ContactResult, StateResult, Training
     from models.training.train import train

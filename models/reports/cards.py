@@ -1,11 +1,13 @@
 """Cards as Markdown: of an evaluation, of a training, and of a user identification."""
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 from controller.bundles.bundle import Bundle
 from controller.shared.errors import count
 from models.reports import tables
 from models.reports.tables import Table
+from models.results import storage
 from models.results.evaluation import Evaluation
 from models.results.training import Training, UserResult
 
@@ -36,8 +38,8 @@ def evaluation(found: Evaluation) -> str:
     return "\n\n".join(parts)
 
 
-def training(loaded: Bundle, found: Training) -> str:
-    """Return the card of a training."""
+def training(loaded: Bundle, found: Training, drawn: Iterable[Path] = ()) -> str:
+    """Return the card of a training, with its drawings, files beside the card."""
     weights = (len(loaded.embedding_onnx) + len(loaded.location_onnx)) // 1024
     parts = [
         f"# {found.name}",
@@ -51,8 +53,15 @@ def training(loaded: Bundle, found: Training) -> str:
         _listed(map(str, found.gesture.verdict)) if found.gesture is not None else "",
         _listed(found.advice),
         _listed(found.notes),
+        *(f"![{path.stem}]({path.name})" for path in drawn),
     ]
     return "\n\n".join(filter(None, parts))
+
+
+def write_training(out: Path, loaded: Bundle, found: Training, drawn: Iterable[Path]) -> None:
+    """Write NAME.md and NAME.json beside the bundle NAME.orb."""
+    storage.write_text(out.with_suffix(".md"), f"{training(loaded, found, drawn)}\n")
+    storage.write_json(out.with_suffix(".json"), found)
 
 
 def headline(found: Training) -> str:
@@ -74,6 +83,12 @@ def users(found: UserResult) -> str:
         USERS_WARNING,
     ]
     return "\n\n".join(parts)
+
+
+def write_users(out: Path, found: UserResult) -> None:
+    """Write NAME.md and NAME.json beside the bundle NAME.orb of identified users."""
+    storage.write_text(out.with_suffix(".md"), f"{users(found)}\n")
+    storage.write_json(out.with_suffix(".json"), found)
 
 
 def _made(card: Mapping[str, object]) -> str:

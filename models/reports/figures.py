@@ -1,20 +1,14 @@
-"""Figures of reports, and the style of all drawings: SVG on pages and files, reproducible.
-
-A drawing on a page follows it into dark mode: draw in `COLOURS`, and `svg` puts the style sheet's
-variables in their place.
-"""
+"""Figures of a training and an evaluation, and the style of all drawings: reproducible SVG."""
 
 import io
 import math
 import re
-import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -22,26 +16,15 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from controller.shared import files
-from models.results.training import Epoch
+from models.results.evaluation import Evaluation
+from models.results.training import Epoch, Training
 
-# Variables of style.css and their values on light paper.
-COLOURS: Final = {
-    "ink": "#1e2535",
-    "dim": "#5d6880",
-    "line": "#dfe3ec",
-    "panel": "#f5f7fb",
-    "paper": "#ffffff",
-    "unseen": "#1f6fd0",
-    "random": "#c2510f",
-    "train": "#7b869c",
-    "good": "#1b7f4b",
-    "doubtful": "#96640a",
-    "violet": "#8a3fb0",
-    "pink": "#b8336a",
-    "teal": "#0f7f8c",
-}
-INK, DIM, LINE, PANEL, PAPER = (COLOURS[it] for it in ("ink", "dim", "line", "panel", "paper"))
-UNSEEN, RANDOM, TRAIN = (COLOURS[it] for it in ("unseen", "random", "train"))
+INK: Final = "#1e2535"
+DIM: Final = "#5d6880"
+LINE: Final = "#dfe3ec"
+UNSEEN: Final = "#1f6fd0"
+RANDOM: Final = "#c2510f"
+TRAIN: Final = "#7b869c"
 STYLE: Final[dict[Any, Any]] = {
     "axes.axisbelow": True,
     "axes.edgecolor": DIM,
@@ -71,7 +54,7 @@ STYLE: Final[dict[Any, Any]] = {
     "ytick.major.size": 0,
     "ytick.minor.size": 0,
 }
-PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
+PIXELS_PER_INCH: Final = 72  # one pixel is one point of the drawing
 PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
 PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
 
@@ -107,25 +90,26 @@ def save(figure: Figure, path: Path) -> Path:
     return path
 
 
-def svg(figure: Figure, alternative: str) -> Markup:
-    """Return a drawing in `COLOURS` as an SVG element, with its content in words."""
-    buffer = io.StringIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", "Glyph .* missing", UserWarning
-        )  # the page has other fonts
-        figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
-    width, height = figure.get_size_inches() * PIXELS_PER_INCH
-    _, _, inside = buffer.getvalue().partition("<svg ")[2].partition(">")
-    inside = re.sub(r"<metadata>.*?</metadata>|<defs>\s*<style.*?</defs>", "", inside, flags=re.S)
-    inside = re.sub(r' id="[\w.]+_\d+"|font-family: [^;"]*;? ?', "", inside)
-    inside = re.sub(r"\s+", " ", inside).replace("xlink:href", "href")
-    for name, colour in COLOURS.items():
-        inside = inside.replace(colour, f"var(--{name})")
-    return Markup(  # matplotlib escaped the texts inside
-        f'<svg viewBox="0 0 {width:.0f} {height:.0f}" role="img" '
-        f'style="max-width:{width:.0f}px" aria-label="{escape(alternative)}">{inside}'
-    )
+def draw_training(found: Training, beside: Path) -> list[Path]:
+    """Draw a training's figures as NAME-WHAT.svg beside the file NAME.orb; return the paths."""
+    drawn: dict[str, Figure] = {}
+    if (gesture := found.gesture) is not None:
+        drawn["gestures"] = curves(gesture.epochs, share=True)
+        drawn["calibration"] = reliability(gesture.calibration.bins)
+    if (location := found.location) is not None:
+        drawn["places"] = curves(location.epochs, share=False)
+        drawn["touches"] = touch_errors(location.touches, (found.rows, found.columns))
+    return [save(one, beside.with_name(f"{beside.stem}-{name}.svg")) for name, one in drawn.items()]
+
+
+def draw_evaluation(found: Evaluation, folder: Path) -> Iterator[Path]:
+    """Draw an evaluation's figures as SET-WHAT.svg into a folder; yield the paths."""
+    for result in found.results:
+        name = re.sub(r"[\\/:]", "_", result.name)  # folders of one name are told apart by paths
+        yield save(reliability(result.calibration.bins), folder / f"{name}-calibration.svg")
+        if result.location is not None:
+            drawn = touch_errors(result.location.touches, (found.rows, found.columns))
+            yield save(drawn, folder / f"{name}-touches.svg")
 
 
 def limits(values: Iterable[float], least: float) -> tuple[float, float]:
@@ -150,8 +134,8 @@ def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None
 
 
 @styled
-def curves(epochs: Sequence[Epoch], *, share: bool) -> Markup:
-    """Return scores over the epochs, as shares or errors in grid units."""
+def curves(epochs: Sequence[Epoch], *, share: bool) -> Figure:
+    """Draw scores over the epochs, as shares or errors in grid units."""
     figure, axes = new(470, 290)
     title = "right windows" if share else "error, grid units"
     axes.set(title=title, xlabel="epoch", xlim=(1, max(2, len(epochs))))
@@ -166,18 +150,18 @@ def curves(epochs: Sequence[Epoch], *, share: bool) -> Markup:
     low, high = limits([v for v in every if v not in early] or every, least=0.04)
     axes.set_ylim(max(0.0, low), min(1.0, high))
     axes.yaxis.set_major_formatter(PERCENT if share else PLAIN)
-    return svg(figure, "score over the epochs, on what was learned, at random and unseen")
+    return figure
 
 
 @styled
-def reliability(bins: Sequence[tuple[float, float, int]]) -> Markup:
-    """Return the share of right answers over the probability given, (confidence, right, count)."""
+def reliability(bins: Sequence[tuple[float, float, int]]) -> Figure:
+    """Draw the share of right answers over the probability given, (confidence, right, count)."""
     figure, axes = new(360, 320)
     axes.plot([0, 1], [0, 1], "--", color=DIM, lw=1)
     sure, right, amounts = np.array(bins, dtype=np.float64).reshape(-1, 3).T
     axes.plot(sure, right, color=UNSEEN, lw=1.4)
     sizes = np.square(6.0 + 14.0 * np.sqrt(amounts / amounts.max(initial=1.0)))
-    axes.scatter(sure, right, sizes, color=UNSEEN, edgecolors=PAPER, zorder=3)
+    axes.scatter(sure, right, sizes, color=UNSEEN, edgecolors="white", zorder=3)
     axes.set(
         title="how often it was right",
         xlabel="how sure it was",
@@ -186,12 +170,12 @@ def reliability(bins: Sequence[tuple[float, float, int]]) -> Markup:
     )
     axes.xaxis.set_major_formatter(PERCENT)
     axes.yaxis.set_major_formatter(PERCENT)
-    return svg(figure, "share of right answers over the probability that was given")
+    return figure
 
 
 @styled
-def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
-    """Return a map of touches: where each was, and a line to where it was estimated."""
+def touch_errors(touches: Sequence[Touch], grid: Grid) -> Figure:
+    """Draw a map of touches: where each was, and a line to where it was estimated."""
     rows, columns = grid  # row 0 is at the bottom, as the player sees the sensor
     unit = MAP_PX / max(grid)
     figure, axes = new(columns * unit + 44, rows * unit + 44)
@@ -212,4 +196,4 @@ def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
     lines = np.stack([at[:, :2], at[:, :2] + at[:, 2:]], axis=1)
     axes.add_collection(LineCollection(list(lines), colors=RANDOM, linewidths=1.3))
     axes.scatter(at[:, 0], at[:, 1], s=12, color=DIM, lw=0)
-    return svg(figure, "touches and how far off each was")
+    return figure

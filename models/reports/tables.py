@@ -1,4 +1,4 @@
-"""Tables of results, for HTML pages and Markdown cards alike."""
+"""Tables of results, as Markdown."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -35,7 +35,6 @@ class Table:
 
     head: Sequence[str]  # titles of the columns
     rows: Sequence[Sequence[str]]  # their cells
-    words: int = 1  # number of columns on the left that hold words; the others hold numbers
 
     def markdown(self) -> str:
         """Return it as Markdown."""
@@ -47,10 +46,10 @@ def _markdown_cell(text: str) -> str:
     return f" {text.replace('|', chr(92) + '|')} " if text else " "
 
 
-def table(columns: Sequence[Column], rows: Iterable[Any], words: int = 1) -> Table:
+def table(columns: Sequence[Column], rows: Iterable[Any]) -> Table:
     """Return a table with a row for each value."""
     head = [title for title, _ in columns]
-    return Table(head, [[cell(row) for _, cell in columns] for row in rows], words)
+    return Table(head, [[cell(row) for _, cell in columns] for row in rows])
 
 
 def _located(cell: Callable[[LocationFigures], str]) -> Callable[[Result], str]:

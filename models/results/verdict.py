@@ -1,6 +1,6 @@
 """Verdict of an evaluation: how many events of each gesture were understood, why not, what to do.
 
-Terminal, report and JSON show the same words, the worst gesture first.
+Terminal, card and JSON show the same words, the worst gesture first.
 """
 
 import math
@@ -64,12 +64,6 @@ def judge(
             reasons = unanswered[number] if unanswered else ()
             made.append(_gesture(labels, number, row, reasons))
     return tuple(sorted(made, key=lambda one: one.understood / one.of))
-
-
-def share(verdict: Verdict) -> float:
-    """Return the share of events that were understood, NaN if there is none."""
-    events = sum(one.of for one in verdict)
-    return sum(one.understood for one in verdict) / events if events else math.nan
 
 
 def _gesture(

@@ -27,7 +27,7 @@ from models.data.recipe import Recipe
 from models.data.splits import Split
 from models.data.touch_images import Touches
 from models.evaluation import advice, evaluate
-from models.reports import page
+from models.reports import cards, figures
 from models.results.evaluation import numbers
 from models.results.training import Training
 from models.training import export, symmetry_search, transfer
@@ -140,7 +140,8 @@ class NetworkPlan:
         export.write_bundle(request.out, manifest, gesture, location)
         loaded = bundle.read(request.out)
         result = replace(result, debounce=numbers(loaded.debounce))
-        page.write_training(request.out, loaded, result)
+        drawn = figures.draw_training(result, request.out)
+        cards.write_training(request.out, loaded, result, drawn)
         return result
 
 

@@ -20,7 +20,7 @@ from models.data.load import Data
 from models.data.recipe import USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
-from models.reports import page
+from models.reports import cards
 from models.results.training import Enrolled, SessionRow, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
@@ -62,7 +62,7 @@ class UserPlan:
         return made
 
     def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
-        """Train the networks; write the bundle, its card and its report.
+        """Train the networks; write the bundle, its card and its figures as JSON.
 
         The figures are of a network that learned nothing from the gestures held out; the bundle
         gets one that learned from all.
@@ -82,7 +82,7 @@ class UserPlan:
         net, _ = train(self.gestures, name="users, all")
         entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
         write_users(self, net, found, f"{entry}{found.seen[1].value:.1%}")
-        page.write_users(request.out, found)
+        cards.write_users(request.out, found)
         return found
 
 

@@ -49,7 +49,7 @@ WRITTEN = [
     for torch in [("train",)]
     for words in (
         "evaluate --json {}",
-        "evaluate --html {}",
+        "evaluate --figures {}",
         "train {data} --out {}",
         "train {data} --task user --out {}",
         f"train {{data}} --epochs 0 --from {BUNDLE} --out {{}}",

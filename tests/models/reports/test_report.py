@@ -1,138 +1,82 @@
-"""The report is one file that needs nothing else, and says what was found out, and no more."""
+"""Cards have what was found out, and no more; their drawings are files beside them."""
 
 import math
-import re
 from dataclasses import replace
-from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
+from controller.bundles import bundle
 from models import formatting
-from models.reports import figures, page
-from models.results.evaluation import Evaluation, LocationFigures
-from models.results.training import (
-    Calibration,
-    ClassRow,
-    Epoch,
-    HeldOutScore,
-    Lateness,
-    Training,
-)
-from tests.support.report_results import evaluation, figure, session, training
+from models.reports import cards
+from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Training
+from tests.support.report_results import evaluation, training
 
-VOID = {"meta", "br", "link", "img", "input", "hr"}
-MEGABYTE = 1_000_000
+SHIPPED = bundle.read(bundle.default_path())
 
 
-class Reader(HTMLParser):
-    """Checks that every element that is opened is closed, and collects attributes and text."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.attributes: list[tuple[str, str]] = []
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.attributes += [(name, value or "") for name, value in attrs]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.attributes += [(name, value or "") for name, value in attrs]
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] not in ("style", "script"):
-            self.text += f"{data} "
+def card(found: Training) -> str:
+    return cards.training(SHIPPED, found)
 
 
-def read(html: str) -> Reader:
-    reader = Reader()
-    reader.feed(html)
-    reader.close()
-    assert reader.open == []
-    return reader
-
-
-def text(html: str) -> str:
-    return " ".join(read(html).text.split())
-
-
-@pytest.mark.parametrize(
-    "found",
-    [training(), evaluation()],
-    ids=["training", "evaluation"],
-)
-def test_a_page_is_well_formed_and_refers_to_nothing_outside_itself(
-    found: Training | Evaluation,
-) -> None:
-    html = page.html(found)
-    reader = read(html)
-    names = {name for name, _ in reader.attributes}
-    assert not names & {"src", "srcset", "onclick", "onload"}
-    assert all(to.startswith("#") for name, to in reader.attributes if name == "href")
-    assert not re.search(r"https?://|url\((?!#)|@import", html)
-    for drawing in re.findall(r"<svg.*?</svg>", html, re.DOTALL):
-        ElementTree.fromstring(drawing)
-
-
-def test_a_large_training_still_fits_into_a_megabyte() -> None:
-    touches = tuple((x % 4.0, x % 3.0, 0.123456, -0.2) for x in map(float, range(10_000)))
-    location = training().location
-    assert location is not None
-    rows = tuple(session(i) for i in range(200))
-    big = training(sessions=rows, location=replace(location, touches=touches))
-    judged, one = evaluation(sessions=200), figure(0.1)
-    place = LocationFigures(one, one, one, 0.1, 0.2, touches)
-    result = replace(judged.results[0], location=place)
-    for found in (big, replace(judged, results=(result, replace(result, name="b")))):
-        assert len(page.html(found).encode()) < MEGABYTE
-
-
-def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap_in_words() -> None:
-    said = text(page.html(training()))
-    assert "91.2 % of the windows rightly. By the paper’s protocol it would be 97.9 %" in said
-    assert "6.7 points too good to be true" in said
-    assert "0.040 grid units too good to be true" in said
-    assert "96.5 % and 99.20 %" in said  # binary accuracy, as the paper may have counted
+def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap() -> None:
+    said = card(training())
+    assert "| right windows | 91.20 % (90.00–92.00) | 97.90 % | 6.7 points |" in said
+    assert "| position error, grid units | 0.120 (0.110–0.130) | 0.080 | 0.040 |" in said
+    assert "| right outputs (“binary”) | 96.50 % | 99.20 % |" in said  # as the paper may count
 
 
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
-    nothing = Lateness()
     nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
     gesture, location = training().gesture, training().location
     assert gesture is not None
     assert location is not None
-    epochs = (Epoch(1, 0.5, 0.8, math.nan, math.nan, math.nan),)
-    zeros = ((0, 0, 0),) * 3
     bare = training(
-        sessions=(session(lateness=nothing),),
         classes=(ClassRow("press", 3, 2.0, math.nan, math.nan),),
-        gesture=replace(gesture, epochs=epochs, honesty=nan, event_accuracy=math.nan,
-                        confusion=zeros, event_confusion=zeros,
-                        calibration=Calibration(1.0, math.nan, math.nan, ())),
-        location=replace(location, epochs=epochs, honesty=nan, touches=()),
-    )  # fmt: skip
-    html = page.html(bare)
-    assert not re.search(r"\bnan\b", html, re.IGNORECASE)
-    assert formatting.NONE in text(html)
+        gesture=replace(gesture, honesty=nan, event_accuracy=math.nan),
+        location=replace(location, honesty=nan),
+    )
+    said = card(bare)
+    assert "nan" not in said.split()
+    assert f"| {formatting.NONE} |" in said
 
 
-def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
-    evil = "</script><script>alert(1)</script><b>"
-    row = session(verdict="doubtful", findings=(evil,), labeller=evil, user=r"$\frac{安 <b>")
-    html = page.html(training(name=evil, sessions=(row,), advice=(evil,), notes=(evil,)))
-    assert "<script" not in html
-    assert "alert(1)" in text(html)
+def test_drawings_are_complete_and_the_same_every_time(tmp_path: Path) -> None:
+    figures = pytest.importorskip("models.reports.figures", reason="needs the [plot] extra")
+    once = figures.draw_training(training(), tmp_path / "my.orb")
+    names = ["my-gestures.svg", "my-calibration.svg", "my-places.svg", "my-touches.svg"]
+    assert [path.name for path in once] == names
+    assert all(ElementTree.parse(path).getroot().tag.endswith("svg") for path in once)
+    drawn = [path.read_bytes() for path in once]
+    assert b"learned" in drawn[0]  # text stays text
+    again = figures.draw_training(training(), tmp_path / "my.orb")
+    assert [path.read_bytes() for path in again] == drawn
+    said = cards.training(SHIPPED, training(), once)
+    assert said.endswith("![my-touches](my-touches.svg)")
 
 
-def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:
-    drawing = figures.curves(training().gesture.epochs, share=True)  # type: ignore[union-attr]
-    assert drawing == figures.curves(training().gesture.epochs, share=True)  # type: ignore[union-attr]
-    assert "var(--unseen)" in drawing
-    assert not re.search(r"#[0-9a-f]{6}", drawing)
-    assert "learned" in drawing  # text stays text
+def test_what_is_not_known_is_drawn_as_nothing(tmp_path: Path) -> None:
+    figures = pytest.importorskip("models.reports.figures", reason="needs the [plot] extra")
+    gesture, location = training().gesture, training().location
+    assert gesture is not None
+    assert location is not None
+    epochs = (Epoch(1, 0.5, 0.8, math.nan, math.nan, math.nan),)
+    calibration = Calibration(1.0, math.nan, math.nan, ())
+    bare = training(
+        gesture=replace(gesture, epochs=epochs, calibration=calibration),
+        location=replace(location, epochs=epochs, touches=()),
+    )
+    assert len(figures.draw_training(bare, tmp_path / "my.orb")) == 4
+    assert figures.draw_training(training(gesture=None, location=None), tmp_path / "my.orb") == []
+
+
+def test_sets_of_one_folder_name_are_drawn_into_files_of_their_own(tmp_path: Path) -> None:
+    figures = pytest.importorskip("models.reports.figures", reason="needs the [plot] extra")
+    (result,) = evaluation().results
+    sets = tuple(replace(result, name=f"{day}/data") for day in ("monday", "tuesday"))
+    drawn = [*figures.draw_evaluation(replace(evaluation(), results=sets), tmp_path)]
+    assert [path.name for path in drawn] == [
+        "monday_data-calibration.svg", "monday_data-touches.svg",
+        "tuesday_data-calibration.svg", "tuesday_data-touches.svg",
+    ]  # fmt: skip

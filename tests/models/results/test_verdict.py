@@ -1,16 +1,15 @@
-"""The verdict of an evaluation: the same words in the report, on a terminal and in JSON."""
+"""The verdict of an evaluation: the same words on a card, on a terminal and in JSON."""
 
 import json
 from dataclasses import replace
 
 import pytest
 
-from models.reports import cards, page
+from models.reports import cards
 from models.results import storage, verdict
 from models.results.evaluation import Evaluation
 from models.results.verdict import GestureVerdict, judge
-from tests.models.reports.test_report import text
-from tests.support.report_results import evaluation, training
+from tests.support.report_results import evaluation
 
 LABELS = ("null", "press", "knock")
 # Of sixty presses and twenty knocks, seven knocks are not answered: they are too short.
@@ -65,41 +64,11 @@ def test_a_single_miss_may_be_chance_and_needs_no_advice() -> None:
     assert not any(one.advice for one in made)
 
 
-def first_tile(html: str) -> str:
-    return text(html.partition('<div class="cards">')[2].partition("</div>")[0] + "</div>")
-
-
 def judged(answered: verdict.Table = ANSWERED) -> Evaluation:
     """Return an evaluation on a spared session."""
     found = evaluation("spared")
     result = replace(found.results[0], labels=LABELS, verdict=judge(LABELS, answered, UNANSWERED))
     return replace(found, results=(result,))
-
-
-def test_a_report_begins_with_what_was_understood_and_its_worst_gesture() -> None:
-    html = page.html(judged())
-    assert first_tile(html) == (
-        "91.2 % of gestures understood 73 of 80 in spared; worst: knock, 13 of 20"
-    )
-    assert f"What is understood: spared {KNOCK} {PRESS}" in text(html)
-
-
-def test_nothing_but_all_is_a_hundred_per_cent() -> None:
-    all_of_them = ((0, 0, 0), (0, 60, 0), (0, 0, 20))
-    html = page.html(judged(all_of_them))
-    assert first_tile(html) == "100 % of gestures understood 80 of 80 in spared"
-    one_missed = ((0, 0, 0), (1, 99_999, 0), (0, 0, 20))
-    assert first_tile(page.html(judged(one_missed))).startswith("99.99 % of gestures understood")
-
-
-def test_a_training_is_headed_by_what_its_bundle_understands_in_the_hold_out() -> None:
-    made = training()
-    assert made.gesture is not None
-    assert made.gesture.event_accuracy > 0.98  # all are named rightly, or nearly
-    gesture = replace(made.gesture, verdict=judge(LABELS, ANSWERED, UNANSWERED))
-    html = page.html(replace(made, labels=LABELS, gesture=gesture))
-    assert first_tile(html).startswith("91.2 % of gestures understood 73 of 80 in sessions it")
-    assert f"What is understood: in sessions it never saw {KNOCK} {PRESS}" in text(html)
 
 
 def test_card_and_json_have_the_same_verdict() -> None:

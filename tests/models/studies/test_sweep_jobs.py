@@ -186,7 +186,7 @@ def test_a_job_s_error_is_one_sentence(error: Exception, said: str, monkeypatch:
 
 def test_a_folder_that_cannot_be_written_to_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match=r"cannot write into .* choose another --out"):
+    with pytest.raises(UserError, match=r"cannot write into .* choose another folder"):
         run.run(Sweep(planned(), tmp_path / "file"), silent)
 
 

@@ -109,12 +109,14 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
         honest = found[network]["honesty"]
         assert honest["unseen"] is not None
         assert honest["random"] is not None
-    assert "How training went" in (tmp_path / "my.html").read_text()
     events = sum(map(sum, found["gesture"]["answered"][1:]))
     card = (tmp_path / "my.md").read_text()
     assert f"of {events} | | |" in card.partition("understood, as in play")[2]
     assert "windows at random, as the paper's protocol" in card
     assert loaded.card["command"] in card
+    for drawing in ("gestures", "calibration", "places", "touches"):
+        assert f"![my-{drawing}](my-{drawing}.svg)" in card
+        assert "</svg>" in (tmp_path / f"my-{drawing}.svg").read_text()
     assert not (tmp_path / "my.orb.training").exists()
 
 

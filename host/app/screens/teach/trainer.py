@@ -19,7 +19,7 @@ from controller.shared.files import read_text
 from controller.shared.notices import notice, unpacked
 
 COMMAND: Final = (sys.executable, "-m", "models")
-NEEDED: Final = ("models", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
+NEEDED: Final = ("models", "torch", "onnx", "tomli_w", "matplotlib")
 LEAST: Final = 2  # sessions; the newest is only judged
 SHARES: Final = {"train": 0.62, "tune": 0.26, "evaluate": 0.12}  # of the time
 _EPOCH: Final = re.compile(r"\bepoch (\d+)/(\d+)")
