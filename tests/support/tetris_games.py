@@ -5,7 +5,7 @@ from typing import TypeVar
 from hypothesis import strategies as st
 
 from tetris.engine.board import Board
-from tetris.engine.game import Action, Config, Event, Game, Gravity, GravityCap, Input
+from tetris.engine.game import Action, Config, Event, Game, Gravity, Input
 from tetris.engine.moves import TABLES
 from tetris.engine.pieces import Kicks, Piece
 
@@ -39,7 +39,6 @@ def of(events: list[Event], kind: type[EventT]) -> list[EventT]:
 
 given_inputs = st.one_of(
     st.sampled_from(Action),
-    st.builds(GravityCap, st.integers(1, 20)),
     st.builds(Gravity, st.integers(1, 9_999_999)),
 )
 Step = tuple[int, list[Input], bool, list[Action]]

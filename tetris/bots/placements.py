@@ -279,24 +279,6 @@ def paths(
                 yield landing, spin, (*ways[here], action, Action.HARD_DROP)
 
 
-def fewest(bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs") -> int | None:
-    """Return the fewest shifts and turns to a landing, rows down free; None if out of reach."""
-    for falls in (False, True):  # most landings need no row down, which is soon found
-        known, level, count = {piece}, [piece], 0
-        while level:
-            for here in level:  # it grows meanwhile
-                if moves.landed(bits, here).mask == landing.mask:
-                    return count
-                if falls and not bits & here.below.mask and here.below not in known:
-                    known.add(here.below)
-                    level.append(here.below)
-            near = (there for here in level for there, *_ in _neighbours(bits, here, kicks, False))
-            level = [there for there in dict.fromkeys(near) if there not in known]
-            known.update(level)
-            count += 1
-    return None
-
-
 def _neighbours(
     bits: int, here: Piece, kicks: Kicks, lowers: bool
 ) -> Iterator[tuple[Piece, Action, int | None]]:

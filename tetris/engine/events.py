@@ -5,7 +5,7 @@ from enum import Enum
 from typing import TypeVar, dataclass_transform
 
 from tetris.engine.pieces import Kind, Piece
-from tetris.engine.rules import LAST_GRAVITY_LEVEL, LONGEST_ROW_US
+from tetris.engine.rules import LONGEST_ROW_US
 from tetris.engine.scoring import Clear
 
 
@@ -27,17 +27,6 @@ class Action(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class GravityCap:
-    """From now on gravity is not faster than at this level, 1 to 20; points stay as they are."""
-
-    level: int
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.level <= LAST_GRAVITY_LEVEL:
-            raise ValueError(f"gravity cap {self.level} must be from 1 to {LAST_GRAVITY_LEVEL}")
-
-
-@dataclass(frozen=True, slots=True)
 class Gravity:
     """From now on a row takes so long, whatever the level, until the game is restarted.
 
@@ -51,7 +40,7 @@ class Gravity:
             raise ValueError(f"a row in {self.row_us} us must take from 1 to {LONGEST_ROW_US} us")
 
 
-Input = Action | GravityCap | Gravity  # of `Game.update`
+Input = Action | Gravity  # of `Game.update`
 
 
 class TopOut(Enum):

@@ -13,7 +13,7 @@ from typing import Final
 from tetris.engine import events as happened
 from tetris.engine import moves, scoring
 from tetris.engine.board import GARBAGE, Board
-from tetris.engine.events import Action, Event, Finish, Gravity, GravityCap, Input, TopOut
+from tetris.engine.events import Action, Event, Finish, Gravity, Input, TopOut
 from tetris.engine.moves import Spin
 from tetris.engine.pieces import KINDS, Kind, Piece
 from tetris.engine.rules import LOCK_ROWS, Config, Phase, Randomizer, seconds_per_row
@@ -26,7 +26,6 @@ __all__ = [
     "Finish",
     "Game",
     "Gravity",
-    "GravityCap",
     "Input",
     "Phase",
     "Snapshot",
@@ -60,7 +59,6 @@ class Game:
         config = config or Config()
         self.seed: Final = seed
         self.config: Final = config
-        self.gravity_cap = config.gravity_cap  # the level whose gravity is not exceeded
         # Whether the piece can be moved: not between a lock and the next entrance, nor at the end.
         self.in_play = False
         self.can_hold = False  # before the next lock
@@ -277,11 +275,7 @@ class Game:
 
     def _command(self, given: Input) -> bool:
         """Carry out what concerns the game and not the piece; False if it cannot be."""
-        if isinstance(given, GravityCap):
-            self.gravity_cap = given.level
-            self._pace()
-            self._schedule()
-        elif isinstance(given, Gravity):
+        if isinstance(given, Gravity):
             self.row_us = given.row_us
             self._pace()
             self._schedule()
@@ -507,7 +501,7 @@ class Game:
     def _pace(self) -> None:
         config, delay_s = self.config, self.config.lock_delay_s
         if self.row_us is None:
-            row_s = seconds_per_row(min(self.level, self.gravity_cap))
+            row_s = seconds_per_row(min(self.level, self.config.gravity_cap))
         else:
             row_s = self.row_us / 1e6
             delay_s = min(delay_s, LOCK_ROWS * row_s)

@@ -16,7 +16,6 @@ CLOCK: Final = (  # goes on when a lock is taken back
     "_started",
     "_soft",
     "_initial",
-    "gravity_cap",
 )
 POSITION: Final = (
     "phase",

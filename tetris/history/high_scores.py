@@ -31,7 +31,6 @@ class Entry:
     pieces: int
     time_s: float
     date: str = ""  # when it ended, as the caller writes dates
-    replay: str = ""  # the name of its replay's file; "" for none
     pace_hz: float = 0.0  # commands a second for which its last gravity left time; 0 for none
 
     @property
@@ -145,17 +144,11 @@ def _load(path: Path) -> dict[str, _Record]:
 
 
 def _record(given: dict[str, Any]) -> _Record:
-    """Make a record of a JSON object, each value of its type; what else is there is left out."""
+    """Make a record of a JSON object, each value of its type."""
     counts = [_checked(name, int, given["totals"][name]) for name in ("games", "won")]
     kinds = get_type_hints(Entry)
     best = [
-        Entry(
-            **{
-                name: _checked(name, kind, entry[name])
-                for name, kind in kinds.items()
-                if name in entry
-            }
-        )
+        Entry(**{name: _checked(name, kind, entry[name]) for name, kind in kinds.items()})
         for entry in given["best"]
     ]
     return _Record(best, *counts)

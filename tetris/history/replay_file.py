@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from tetris.engine import rules
-from tetris.engine.events import Action, Gravity, GravityCap, Input
+from tetris.engine.events import Action, Gravity, Input
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
 from tetris.history.replay import Moment, Outcome, Replay, check_game
@@ -45,10 +45,10 @@ _CODES: Final = {
 _ACTIONS: Final = {code: action for action, code in _CODES.items()}
 # Microseconds since the moment before; inputs; soft drop held or not; what is held at an entrance.
 _MOMENT: Final = re.compile(
-    r"(0|[1-9]\d{0,14})((?:[lrdDcwhpnu]|g(?:[1-9]|1\d|20)|f[1-9]\d{0,6})*)([Ss]?)(\[c?w?h?\])?",
+    r"(0|[1-9]\d{0,14})((?:[lrdDcwhpnu]|f[1-9]\d{0,6})*)([Ss]?)(\[c?w?h?\])?",
     re.ASCII,
 )
-_INPUT: Final = re.compile(r"[gf]\d+|.", re.ASCII)
+_INPUT: Final = re.compile(r"f\d+|.", re.ASCII)
 _WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
 _KINDS: Final = {  # types or words that `Config` declares for its fields, in the order of the file
@@ -223,16 +223,11 @@ def _moment_word(moment: Moment, before: Moment) -> str:
 
 
 def _code(given: Input) -> str:
-    if isinstance(given, Action):
-        return _CODES[given]
-    return f"g{given.level}" if isinstance(given, GravityCap) else f"f{given.row_us}"
+    return _CODES[given] if isinstance(given, Action) else f"f{given.row_us}"
 
 
 def _input(code: str) -> Input:
-    if code in _ACTIONS:
-        return _ACTIONS[code]
-    number = int(code[1:])
-    return GravityCap(number) if code[0] == "g" else Gravity(number)
+    return _ACTIONS[code] if code in _ACTIONS else Gravity(int(code[1:]))
 
 
 def _moments(words: list[str]) -> tuple[Moment, ...]:

@@ -36,7 +36,7 @@ class Session:
         """Play on with a recorder; its time begins with the first update, if it has not begun."""
         self.mode, self.recorder = mode, recorder
         self.ranked = not recorder.begun  # whether it counts for the best list
-        self.statistics = Statistics(recorder.game)
+        self.statistics = Statistics()
         self.pace = Pace() if mode.paced else None
         self._fresh = True  # whether a piece has entered since the last update
         if recorder.begun:
@@ -172,16 +172,8 @@ class Saves:
             notice = str(error)
         if not session.ranked or not (over or not game.config.gravity):
             return SavedGame(notice=notice)
-        date, replay = f"{datetime.now():%Y-%m-%d %H:%M}", "" if notice else path.name
-        entry = Entry(
-            game.score,
-            game.lines,
-            game.pieces_placed,
-            game.time_s,
-            date,
-            replay,
-            pace_hz=pace_of(game.row_us),
-        )
+        date, pace_hz = f"{datetime.now():%Y-%m-%d %H:%M}", pace_of(game.row_us)
+        entry = Entry(game.score, game.lines, game.pieces_placed, game.time_s, date, pace_hz)
         won, level = isinstance(game.result, Finish), game.config.start_level
         place = self.records.add(mode, entry, won=won, level=level)
         return SavedGame(place, notice or self.records.trouble)

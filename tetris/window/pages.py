@@ -298,7 +298,6 @@ def _named(path: Path, words: Words) -> tuple[str, str, Ranking]:
 def result_rows(session: Session, words: Words) -> list[Row]:
     """Return the player's figures, what the mode is about first."""
     game, statistics = session.game, session.statistics
-    percent = round(100 * statistics.finesse)
     values = {
         "score": f"{game.score:,}",
         "time_s": clock(game.time_s),
@@ -307,7 +306,6 @@ def result_rows(session: Session, words: Words) -> list[Row]:
         "pieces": f"{game.pieces_placed:,}",
         "pieces_per_s": f"{game.pieces_per_s:.2f}",
         "commands_per_piece": f"{statistics.commands_per_piece:.2f}",
-        "finesse": words("over.finesse_value", percent=percent, faults=statistics.faults),
         "grand": f"{statistics.grand_clears}",
     }
     if game.row_us:

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.tetris_games import set_up
-from tetris.bots.placements import fewest, find, find_spins, path, paths
+from tetris.bots.placements import find, find_spins, path, paths
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game
@@ -72,19 +72,6 @@ def test_a_straight_drop_is_the_shortest_way_there_is() -> None:
 
 def test_there_is_no_way_to_a_place_out_of_reach() -> None:
     assert path(Board().bits, Piece("O", 4, 18), Piece("O", 4, 5)) is None
-
-
-def test_the_fewest_shifts_and_turns_to_each_column() -> None:
-    places = [Piece("O", x, 0) for x in range(9)]
-    start = Piece("O", 4, 18)
-    counts = [fewest(Board().bits, start, place) for place in places]
-    assert counts == [4, 3, 2, 1, 0, 1, 2, 3, 4]
-
-
-def test_rows_down_are_free_on_the_way_to_a_slot() -> None:
-    board = Board.parse(T_SLOT)
-    assert fewest(board.bits, Piece("T", 3, 18), Piece("T", 3, 0, turn=2)) == 2
-    assert fewest(board.bits, Piece("O", 4, 18), Piece("O", 4, 9)) is None
 
 
 boards = st.integers(4, 10).flatmap(

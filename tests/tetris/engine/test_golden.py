@@ -17,20 +17,19 @@ from tetris.engine.rules import VERSION, Phase
 LIKELY = (Action.LEFT, Action.RIGHT, Action.ROTATE_CW, Action.ROTATE_CCW)
 GIVEN: list[Input] = [*LIKELY, *LIKELY, *(a for a in Action if a is not Action.RESTART)]
 GOLDEN = {
-    "marathon": "212aa38f3a876819",
-    "endless": "2fc09e162ef12e63",
-    "sprint": "0758eed22b179ed7",
-    "ultra_2": "9427251aed840305",
-    "ultra_3": "5d0186811494f133",
-    "zen": "1c67abc68d8fb6a2",
-    "dig": "62ed6b064cb6afb1",
-    "orb": "3daf60e0dc0fae52",
-    "orb_marathon": "404d1daafb141bda",
-    "orb_sprint": "14d7e4ffb9bbb8d7",
-    "orb_ultra": "e761c631c6d5f80f",
-    "narrow": "746b0c49ed5f33f8",
-    "fast": "27c318a3a759222b",
-    "slow": "265e7063ed43bdf7",
+    "marathon": "97f7a54cdb5e367c",
+    "endless": "ab5f61cb04613979",
+    "sprint": "385cee80c4960b61",
+    "ultra_2": "b83e39ffe879a26f",
+    "ultra_3": "93b65ba9d5b7b68a",
+    "zen": "970aadfddb6d7969",
+    "dig": "fdd3dde471f45dc9",
+    "orb_marathon": "dfaddca18029d212",
+    "orb_sprint": "1efa85aaab5f79f5",
+    "orb_ultra": "ea65ba917544194c",
+    "narrow": "75f537a6b4f70475",
+    "fast": "b17524a1eb0deb5f",
+    "slow": "6fe0eb8422866952",
 }
 
 

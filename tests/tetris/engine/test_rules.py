@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.support.tetris_games import game_with, of, set_up
 from tetris.engine.board import Board
 from tetris.engine.events import Blocked, Finished, Held, Locked, Moved, Rotated, Spawned, ToppedOut
-from tetris.engine.game import Action, Config, Finish, Game, Gravity, GravityCap, Phase, TopOut
+from tetris.engine.game import Action, Config, Finish, Game, Gravity, Phase, TopOut
 from tetris.engine.pieces import KICKS, KINDS, Kicks, KickTable, Kind, Piece
 
 DROP = [Action.HARD_DROP]
@@ -127,21 +127,6 @@ def test_without_gravity_nothing_falls_and_nothing_locks() -> None:
     assert game.piece.lowest_row == 0
     assert game.update(2e6) == []
     assert of(game.update(2e6, DROP), Locked)
-
-
-def test_a_change_of_the_cap_takes_hold_at_once() -> None:
-    game = game_with("", Piece("T", 3, 10), Config(start_level=9, gravity_cap=1))
-    assert game.update(0.5, [GravityCap(3)]) == []
-    assert game.gravity_cap == 3
-    (moved,) = of(game.update(0.618), Moved)  # a row of level 3 since the last one
-    assert moved.time_s == pytest.approx(0.617796, abs=1e-6)
-
-
-def test_a_cap_that_makes_a_row_overdue_lets_the_piece_fall_next() -> None:
-    game = game_with("", Piece("T", 3, 10), Config(start_level=9, gravity_cap=1))
-    game.update(0.9, [GravityCap(9), Action.LEFT])
-    (moved,) = of(game.update(0.91), Moved)
-    assert moved.time_s == pytest.approx(0.9)
 
 
 def test_a_gravity_of_its_own_takes_the_place_of_the_levels_and_shortens_the_lock() -> None:

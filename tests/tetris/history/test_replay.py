@@ -7,14 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tetris.engine.events import Locked, Spawned
-from tetris.engine.game import Action, Config, Gravity, GravityCap
+from tetris.engine.game import Action, Config, Gravity
 from tetris.history.replay import Moment, Outcome, Player, Recorder, Replay
 
 Steps = list[tuple[float, list[Action], bool, set[Action]]]
 WAIT_S = st.integers(0, 3_000_000_000).map(lambda ns: ns / 1e9)  # finer than a replay's clock
 INPUT = st.one_of(
     st.sampled_from(list(Action)),
-    st.integers(1, 20).map(GravityCap),
     st.integers(1, 9_999_999).map(Gravity),
 )
 HELD = st.sets(st.sampled_from([Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD]), max_size=2)

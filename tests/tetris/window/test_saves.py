@@ -50,7 +50,6 @@ def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
     ]
     assert len(replays(tmp_path)) == 2
     assert Saves(tmp_path).records.best("sprint") == saves.records.best("sprint")
-    assert (tmp_path / "replays" / saves.records.best("sprint")[0].replay).exists()
 
 
 def test_a_lost_sprint_has_no_place_but_a_replay(tmp_path: Path) -> None:
