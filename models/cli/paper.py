@@ -2,21 +2,18 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from controller.shared.errors import output_folder
 from models.cli import _options as options
-
-if TYPE_CHECKING:
-    from models.studies.paper.channel import Session
 
 SUMMARY: Final = "repeat the paper's figures and its estimates of information"
 DESCRIPTION: Final = (
     "Teach by a simulated user as in section 4.2 of the paper, train by both recipes on both "
     "presets, and draw figure 7; repeat section 6 and figure 9, correct it, and bound the "
     "information of a bundle's answers on other days (orbtouch docs paper). With recordings, "
-    "section 6 and the bound are those of the recordings; with games, their bits per minute. "
-    "Results are kept and not measured again; half an hour on one core."
+    "section 6 and the bound are those of the recordings. Results are kept and not measured "
+    "again; half an hour on one core."
 )
 EXAMPLE: Final = "Try it (two minutes): models paper --out report --only section6"
 PARTS: Final = ("figure7", "section6", "bound")
@@ -32,11 +29,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help=words)
     add("--only", nargs="+", choices=PARTS, default=[], help="some parts (default: all)")
     add("--full", action="store_true", help="figure 7 by the paper's own amounts: some hours")
-    words = (
-        "measure played games alone, files or folders of them, one player each: "
-        "host --demo --headless --json > FILE"
-    )
-    add("--games", type=Path, nargs="+", default=[], metavar="FILE", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -46,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     from controller.simulator.orb import PRESETS
     from models.data import examples
     from models.results import storage
-    from models.studies.paper import channel, drawings, figure7, study, tables
+    from models.studies.paper import drawings, figure7, study, tables
 
     out = output_folder(arguments.out)
     kept = out / study.MEASURED
@@ -54,33 +46,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.data:
         files = examples.recording_sets(arguments.data)
         sets = [study.SessionSet(name.replace("|", "_"), tuple(own)) for name, own in files.items()]
-    players = _players(arguments.games)
     found = study.measure(
-        () if players else sets,
+        sets,
         arguments.only,
         arguments.bundle or bundle.default_path(),
         figure7.PAPERS_OWN if arguments.full else figure7.Settings(),
         kept,
         options.say,
     )
-    for name, played in players.items():
-        found["games"][name] = channel.figures(channel.gather(played))
     storage.write_json(kept, found)
     print(tables.text(found))
     for path in [kept, *drawings.draw(found, out)]:
         options.say(f"wrote {path}")
     return 0
-
-
-def _players(paths: list[Path]) -> "dict[str, list[Session]]":
-    """Return the games of each folder, and of all single files."""
-    from models.studies.paper import channel
-
-    made: dict[str, list[Session]] = {}
-    for path in paths:
-        files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
-        if not files:
-            raise ValueError(f"there are no games in {path}; make one with: {channel.HOW_TO_PLAY}")
-        name = path.name if path.is_dir() else "games"
-        made.setdefault(name, []).extend(channel.read(file) for file in files)
-    return made

@@ -6,7 +6,7 @@ close to such an edge could be either, and are masked.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,6 @@ NOISY: Final = 0.15  # noise over strength, from which on it may be twice as far
 REACH_S: Final = 1.0  # a label may be so far off its touch; farther, it is meant
 WEAK: Final = 0.1  # of what its label usually shows, or its clearest touch: less is no touch
 FAINT: Final = 0.35  # noise over strength: more is none either; presses on paper-snr have 0.3
-UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
 SMOOTH_S: Final = 0.1  # of the response: a tenth of a second is a frame of the paper's orb
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
@@ -83,30 +82,18 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     if (labels and not begins) or bool((given > 0).all()):
         return given, late
     label = np.where(given > 0, 0, given).astype(np.int16)  # as if nothing had touched it
-    unclear, named = np.zeros(len(t), dtype=np.bool_), np.zeros(len(t), dtype=np.bool_)
+    unclear = np.zeros(len(t), dtype=np.bool_)
     for one in labels:
-        named[one.first : one.end] = True
         if (found := one.found) is None:
             label[one.first : one.end] = UNKNOWN  # without a response it could be anything
             continue
-        named[found.first : found.end] = True
         label[(t >= found.begin_s) & (t < found.end_s)] = one.name
         unclear_s = AMBIGUOUS_S * (2.0 if found.noise > NOISY else 1.0)
         for edge_s in (found.begin_s, found.end_s):
             unclear |= np.abs(t - edge_s) < unclear_s
-    changed = int(((used > 0) & (label != given)).sum())
+    late = replace(late, changed=int(((used > 0) & (label != given)).sum()))
     label[unclear] = UNKNOWN
-    runs = np.diff(np.flatnonzero(np.diff(response.touched & ~named, prepend=False, append=False)))
-    touched = [one for one in labels if one.found is not None]
-    counts: dict[str, Any] = {
-        "moved": sum(
-            (f.first, f.end) != (one.first, one.end) for one in touched if (f := one.found)
-        ),
-        "masked": int(((label == UNKNOWN) & (given != UNKNOWN)).sum()),
-        "unlabelled": int((runs[::2] >= UNNAMED).sum()),
-        "changed": changed,
-    }
-    return label, replace(late, **counts, **_true_lags(recording, given, label, labels))
+    return label, late
 
 
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
@@ -261,36 +248,6 @@ def _lags(t: NDArray[np.float64], labels: list[_Label]) -> tuple[list[float], li
         [float(t[one.first] - found.begin_s) for one, found in pairs],
         [float(t[min(one.end, len(t) - 1)] - found.end_s) for one, found in pairs],
     )
-
-
-def _true_lags(
-    recording: Recording, given: Column, repaired: Column, labels: list[_Label]
-) -> dict[str, Any]:
-    """Return the fields of `Lateness` that the simulator's truth gives; {} if there is none."""
-    if recording.truth is None:
-        return {}
-    true = recording.label
-    used = ~recording.excluded & (true != UNKNOWN)
-    before, after = used & (given != UNKNOWN), used & (repaired != UNKNOWN)
-    names, t = recording.origin.labels, recording.t
-    begins, ends = [], []
-    for one in labels:
-        over = [
-            e
-            for e in recording.truth.events
-            if e.kind == names[one.name]
-            and e.onset_s < t[one.end - 1]
-            and e.release_s > t[one.first]
-        ]
-        if len(over) == 1:
-            begins.append(t[one.first] - over[0].onset_s)
-            ends.append(t[min(one.end, len(t) - 1)] - over[0].release_s)
-    return {
-        "true_begin_s": _median(begins),
-        "true_end_s": _median(ends),
-        "wrong": float((given != true)[before].mean()) if before.any() else np.nan,
-        "wrong_after": float((repaired != true)[after].mean()) if after.any() else np.nan,
-    }
 
 
 def _median(lags_s: list[float]) -> float:

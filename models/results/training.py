@@ -23,18 +23,8 @@ class Lateness:
     begin_s: float = math.nan
     end_s: float = math.nan  # the same of their ends
     edges: int = 0  # number of edges compared
-    moved: int = 0  # labels whose edges were moved to where the touch was
-    masked: int = 0  # frames too close to an edge to be labelled; they are left out of training
     # labels without a touch; they are left out of training, unless all are
     unfelt: int = 0
-    # touches that no label names: taken for what is no gesture, and so for null
-    unlabelled: int = 0
-    # true lateness of the beginnings, from a simulation; NaN: not known
-    true_begin_s: float = math.nan
-    true_end_s: float = math.nan  # of the ends
-    # share of labelled frames that were wrong before the repair; NaN: not known
-    wrong: float = math.nan
-    wrong_after: float = math.nan  # the same after the repair, of the frames that are left
     named: int = 0  # frames that labels name a gesture
     # of those, frames that the repair names otherwise, or whose label is left out as unfelt
     changed: int = 0

@@ -118,15 +118,7 @@ PARTS: Final = (
         )
         for way in ("virtual", "column", "taxel")
     ),
-    Part(
-        "games",
-        (
-            "python -m tests.benchmarks.information_games {out}",
-            "models paper --games {out}/nominal {out}/paper-snr {out}/keyboard --out {out}",
-        ),
-        "paper.json",
-        minutes=8.0,
-    ),
+    Part("games", ("python -m tests.benchmarks.played_games --json",), minutes=8.0),
     Part("command-cost", ("python -m tests.benchmarks.command_cost --json",)),
     Part(
         "information", ("models paper --only section6 bound --out {out}",), "paper.json",

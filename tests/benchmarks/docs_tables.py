@@ -22,11 +22,14 @@ _WAYS: Final = {
     "taxel": 'driver, `"taxel"`',
 }
 _PRESETS: Final = ("nominal", "paper-snr")
-# Of games in docs/play.md: what is said of the hand, and of the keyboard beside it.
-_PLAY: Final = (
-    "recognised correctly", "false alarms per minute", "seconds per command",
-    "… from touch to command", "bits per minute as played",
-)  # fmt: skip
+# Of games in docs/play.md: the player's name there, and words and form of each figure.
+_PLAYERS: Final = ("nominal", "paper-snr", "keyboard")
+_PLAY: Final[dict[str, tuple[str, Callable[[float], str]]]] = {
+    "right": ("recognised correctly", lambda share: f"{100 * share:.2f} %"),
+    "alarms": ("false alarms per minute", lambda rate: f"{rate:.3f}"),
+    "command": ("seconds per command", lambda seconds: f"{seconds:.2f}"),
+    "latency": ("… from touch to command", lambda seconds: f"{seconds:.2f}"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,26 +150,19 @@ def driver(found: Found) -> str:
     return Table(["F1 of gestures, median latency", *_WAYS.values()], lines).markdown()
 
 
-def _study(stored: Stored) -> Any:
-    """Return the results of `models paper`, NaN where a list has null."""
-    return stored.results
-
-
-def games(found: Found) -> str:
-    """Return the channels of played games."""
-    return paper.games(_study(found["games"])).markdown()
-
-
 def play(found: Found) -> str:
     """Return what a player notices of the played games."""
-    table = paper.games(_study(found["games"]))
-    rows = {row[0]: row for row in table.rows}
-    return Table(["the demo's hand", *table.head[1:]], [rows[one] for one in _PLAY]).markdown()
+    values = {(row["name"], row["preset"]): row["value"] for row in _rows(found["games"])}
+    rows = [
+        [words, *(form(values[name, who]) for who in _PLAYERS)]
+        for name, (words, form) in _PLAY.items()
+    ]
+    return Table(["the demo's hand", *_PLAYERS], rows).markdown()
 
 
 def study(name: str) -> Callable[[Found], str]:
     """Return a renderer of all tables of a stored study."""
-    return lambda found: paper.text(_study(found[name]))
+    return lambda found: paper.text(found[name].results)
 
 
 def command_cost(found: Found) -> str:
@@ -197,7 +193,6 @@ BLOCKS: Final = (
     Block("driver", MEASUREMENTS, tuple(f"driver-{way}" for way in _WAYS), driver),
     Block("command-cost", MEASUREMENTS, ("command-cost",), command_cost),
     Block("play", "docs/play.md", ("games",), play),
-    Block("games", PAPER, ("games",), games),
     Block("information", PAPER, ("information",), study("information")),
     Block("figure7", PAPER, ("figure7",), study("figure7")),
 )  # fmt: skip

@@ -11,7 +11,7 @@ LABELS = ("null", "press", "pinch")
 
 
 def session(number: int = 1, **more: object) -> learned.SessionRow:
-    late = learned.Lateness(0.1, 0.05, 40, 30, 60, 1, 8, 0.11, 0.04, 0.09, 0.005, 200, 9)
+    late = learned.Lateness(0.1, 0.05, 40, 1, 200, 9)
     row = learned.SessionRow(
         f"data/sub-01_ses-{number:02d}_run-01.npz", "01", f"{number:02d}", 180.0, "good", (),
         "button", False, {"press": 20, "pinch": 14}, late,

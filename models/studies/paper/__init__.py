@@ -3,7 +3,6 @@
     figure7           both recipes by the paper's protocol, and on unseen days and people
     section6          entropies of single sensors as in the paper, corrected, and under no relation;
                       a bound on the information that a bundle's answers carry on held-out days
-    channel           capacity of a noisy channel, and played games
     study             measurement of all parts
     tables, drawings  the results as Markdown and SVG
 

@@ -9,7 +9,7 @@ done. Other days and people are scored by the truth, from the simulator.
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -333,14 +333,6 @@ def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
         own = np.flatnonzero(session == number)
         kept[own[: max(1, round(share * len(own)))]] = True
     return kept
-
-
-def label_lateness(preset: str, settings: Settings) -> dict[str, float]:
-    """Return median lags of the label button, s, and shares of wrong labels, before and after."""
-    taught = DataSet(settings.seed, settings.minutes, "blocks", preset).session(0, 0)
-    late = asdict(label_repair.repair(taught, "button")[1])
-    kept = ("begin_s", "true_begin_s", "end_s", "true_end_s", "wrong", "wrong_after")
-    return {name: round(late[name], 4) for name in kept}
 
 
 NETWORKS: Final[dict[str, Callable[[str, str, Settings], Experiment]]] = {

@@ -26,7 +26,7 @@ MINUTES: Final = 6.0  # of each
 Results = dict[str, Any]
 
 _DIGITS: Final = 8  # of the bundle's hash, by which its results are known
-_EMPTY: Final = ("settings", "parts", "games")
+_EMPTY: Final = ("settings", "parts")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ def measure(
 ) -> Results:
     """Return all results, measuring what the file `kept`, written after each part, does not hold.
 
-    "parts": under "SET|PART" the values of a part, in nats; "settings" of each part; "games".
+    "parts": under "SET|PART" the values of a part, in nats; "settings" of each part.
     `only` has first words of parts' names; if it is empty, all are measured. `path` is that of the
     bundle.
     """
@@ -83,7 +83,6 @@ def parts(
     }
     if not one.paths:
         of = f"{settings}"
-        found["figure7 labels"] = of, partial(figure7.label_lateness, one.name, settings)
         for recipe in RECIPES:
             for network in figure7.NETWORKS:
                 job = partial(figure7.curves, one.name, recipe, network, settings)

@@ -38,17 +38,6 @@ BOUNDS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
     "≥ I(gesture; label)": lambda of: interval(of["gesture"]),
     "gestures": lambda of: str(of["gestures"]),
 }
-GAMES: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
-    "intended commands, minutes": lambda p: f"{p['gestures']}, {p['minutes']:.0f}",
-    "recognised correctly": lambda p: f"{100 * p['right']:.2f} %",
-    "false alarms per minute": lambda p: f"{p['alarms'] / p['minutes']:.3f}",
-    "bits per command as played": lambda p: interval(p["played"]),
-    "… with the best use (capacity)": lambda p: _bits(p["capacity"]),
-    "… log2 of the number of commands": lambda p: f"{math.log2(len(p['commands'])):.3f}",
-    "seconds per command": lambda p: f"{p['mean_s']:.2f}",
-    "… from touch to command": lambda p: f"{p['late_s']:.2f}",
-    "bits per minute as played": lambda p: f"{p['played_per_min'] * BITS:.0f}",
-}
 RECIPES: Final = {"paper": "the paper’s", "default": "ours"}
 # Name in the tables, and score of a whole touch; the paper's error is in "mm", which are grid
 # units: docs/paper.md.
@@ -65,7 +54,7 @@ def part(found: Found, name: str) -> dict[str, Any]:
 
 def text(found: Found) -> str:
     """Return all tables with rows, as Markdown."""
-    made = (of(found) for of in (figure7, lateness, section6, bounds, games))
+    made = (of(found) for of in (figure7, section6, bounds))
     return "\n\n".join(table.markdown() for table in made if table.rows)
 
 
@@ -94,17 +83,6 @@ def figure7(found: Found) -> Table:
     return Table((*head, "whole touches, another day", "other people"), rows)
 
 
-def lateness(found: Found) -> Table:
-    """Return the lateness of the label button, and the effect of the repair."""
-    head = ("orb", "down, estimated", "down, truly", "up, estimated", "up, truly")
-    rows = []
-    for orb, late in part(found, "figure7 labels").items():
-        lags = [late[name] for name in ("begin_s", "true_begin_s", "end_s", "true_end_s")]
-        wrong = [percent_of(late[name]) for name in ("wrong", "wrong_after")]
-        rows.append([orb, *(f"{lag:+.2f} s".replace("-", "−") for lag in lags), *wrong])
-    return Table((*head, "frames labelled wrongly", "after the repair"), rows)
-
-
 def section6(found: Found) -> Table:
     """Return the paper's statistics beside ours, and their corrections."""
     of = part(found, "section6")
@@ -119,18 +97,9 @@ def section6(found: Found) -> Table:
 
 def bounds(found: Found) -> Table:
     """Return the information that the bundle's answers carry on other people, bits."""
-    return _columns("bits, on other people", BOUNDS, part(found, "bound"))
-
-
-def games(found: Found) -> Table:
-    """Return the channels of played games."""
-    return _columns("played games", GAMES, found["games"])
-
-
-def _columns(title: str, cells: Mapping[str, Callable[[Found], str]], of: Found) -> Table:
-    """Return a table with a row for each entry of `cells`, and a column for each of `of`."""
-    rows = [[words, *map(cell, of.values())] for words, cell in cells.items()] if of else []
-    return Table([title, *of], rows)
+    of = part(found, "bound")
+    rows = [[words, *map(cell, of.values())] for words, cell in BOUNDS.items()] if of else []
+    return Table(["bits, on other people", *of], rows)
 
 
 def interval(figure: Sequence[Any]) -> str:

@@ -11,7 +11,6 @@ from controller.bundles.bundle import default_path
 from controller.recordings import writer
 from models.__main__ import main
 from models.data.simulate import DataSet
-from models.studies.paper import channel
 from models.studies.sweep import run
 from tests.support.pytest_types import Patch
 from tests.support.special_files import KINDS, answer, make
@@ -40,7 +39,6 @@ READ = [
         "sweep FILE": "sweep {}",
         "paper BUNDLE": "paper {} --out {data}",
         "paper DATA": f"paper {BUNDLE} {{}} --out {{data}}",
-        "paper --games": "paper --games {} --out {data}",
     }.items()
 ]
 # What is written: it is refused before anything is done.
@@ -144,17 +142,6 @@ def test_other_shape_trains_again(change: Callable[[dict[str, Any]], Any], tmp_p
     change(one)
     path.write_text(json.dumps(one))
     assert run.answers(tmp_path) == {}
-
-
-def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
-    path = tmp_path / "game.json"
-    good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
-    path.write_text(f"noise\n{good}\n")
-    assert channel.read(path).minutes == pytest.approx(5.5 / 60)
-    for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
-        path.write_text(good.replace(old, new))
-        with pytest.raises(channel.GameError, match="holds no game; make one with"):
-            channel.read(path)
 
 
 def test_a_full_disk_names_the_file_and_leaves_no_half(tmp_path: Path, monkeypatch: Patch) -> None:

@@ -1,13 +1,11 @@
 """The paper repeated: measured on what nobody learned from, kept, shown in tables and drawings."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from models.__main__ import main
 from models.studies.paper import tables
 from tests.benchmarks import stored
 from tests.support.model_commands import refused
@@ -41,17 +39,14 @@ def part(gesture: bool) -> dict[str, Any]:
 
 
 def test_the_papers_protocol_and_ours_stand_in_one_row() -> None:
-    late = dict.fromkeys(("begin_s", "true_begin_s", "end_s", "true_end_s"), -0.05)
     parts = {
         "nominal|figure7 paper CNN-3D": part(True),
         "nominal|figure7 default CNN-2D": part(False),
-        "nominal|figure7 labels": {**late, "wrong": 0.1, "wrong_after": 0.01},
     }
-    text = tables.text({"parts": parts, "games": {}})
+    text = tables.text({"parts": parts})
     row = "| nominal | CNN-3D | the paper’s | 90.0 % | 80.0 % | 70.0 % | 10.0 points | 60.0 % |"
     assert row in text
     assert "| nominal | CNN-2D | ours | 0.900 | 0.800 | 0.700 | −0.100 |" in text
-    assert "| nominal | −0.05 s | −0.05 s | −0.05 s | −0.05 s | 10.0 % | 1.0 % |" in text
 
 
 @pytest.mark.train
@@ -90,8 +85,8 @@ def test_what_was_measured_is_kept_and_drawn_again(tmp_path: Path, monkeypatch: 
         return study.measure(sets, ["figure7"], ships, settings, kept, said.append)
 
     first = measured()
-    assert len(said) == 4  # three networks, and the label button
-    assert (measured()["parts"], len(said)) == (first["parts"], 4)
+    assert len(said) == 3  # a network each
+    assert (measured()["parts"], len(said)) == (first["parts"], 3)
     sizes = first["parts"]["nominal|figure7 paper CNN-3D"]["sizes"]
     assert sizes["examples"][0] == pytest.approx(sizes["examples"][1] / 2, rel=0.1)
     for network in figure7.NETWORKS:
@@ -113,32 +108,10 @@ def test_figures_7_and_9_are_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.train
-def test_games_alone_are_measured(tmp_path: Path, capsys: Capture) -> None:
+def test_wrong_usage_is_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
-    game = {"seconds": 60.0, "events": [[1000, 1500, "left"], [3000, 3600, "drop"]],
-            "commands": [[1200, "left"], [3300, "drop"]]}  # fmt: skip
-    (tmp_path / "game.json").write_text(json.dumps(game))
-    out = tmp_path / "out"
-    asked = ["paper", "--games", str(tmp_path / "game.json"), "--out", str(out)]
-    for _ in range(2):  # again: what is there is gone on with
-        assert main(asked) == 0
-        assert "| played games | games |" in capsys.readouterr().out
-        assert [path.name for path in out.iterdir()] == ["paper.json"]
-
-
-@pytest.mark.train
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (["models/orbtouch.orb", "nothing-here"], "nothing-here"),
-        (["--games", "none.json"], "cannot read none.json"),
-    ],
-)
-def test_wrong_usage_is_one_sentence(
-    options: list[str], sentence: str, tmp_path: Path, capsys: Capture
-) -> None:
-    pytest.importorskip("torch", reason="needs the [train] extra")
-    assert sentence in refused(capsys, "paper", "--out", tmp_path, *options)
+    options = ("models/orbtouch.orb", "nothing-here")
+    assert "nothing-here" in refused(capsys, "paper", "--out", tmp_path, *options)
 
 
 @pytest.mark.train

@@ -1,19 +1,21 @@
-"""Games whose channel `models paper --games` measures: the demo's, and the keyboard's.
+"""What a player notices of games with the virtual orb: the demo's, and the keyboard's.
 
-    python -m tests.benchmarks.information_games FOLDER [--games N] [--minutes M]
+    python -m tests.benchmarks.played_games [--games N] [--minutes M] [--json]
 
 plays the demo on both presets, and the same player at a keyboard: the same decisions, with the same
 pauses to look, but each command a key that is held for `KEY_S`, an assumption, and never goes
-wrong. Each game is a file, as of `host --demo --json`. Half an hour of play takes a minute or two.
+wrong. A command takes its gesture, and a pause between two. Half an hour of play takes a minute or
+two.
 """
 
-import json
 import multiprocessing
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
+from itertools import pairwise
+from statistics import fmean, median
 from typing import Any, Final
 
+from controller.shared.event_metric import Answer, Event, Score, judge
 from controller.simulator.orb import PRESETS
 from host.actions import ACTIONS
 from host.demo import demo
@@ -21,7 +23,7 @@ from host.demo.autoplayer import Autoplayer
 from host.demo.demo import PACE
 from tetris.engine.game import Game
 
-from .results import command_line, say
+from .results import Results, command_line
 
 KEYBOARD: Final = "keyboard"
 KEY_S: Final = 0.1
@@ -70,33 +72,39 @@ def keyboard(
     return {"seed": seed, "seconds": seconds, "events": events, "commands": commands}
 
 
-def play(who: str, seed: int, seconds: float, path: Path) -> Path:
-    """Play one game into its file."""
-    game = keyboard(seed, seconds) if who == KEYBOARD else orb(who, seed, seconds)
-    path.write_text(json.dumps(game) + "\n", encoding="utf-8")
-    return path
+def play(who: str, seed: int, seconds: float) -> dict[str, Any]:
+    """Play one game, and return it as `host --demo --json` prints it."""
+    return keyboard(seed, seconds) if who == KEYBOARD else orb(who, seed, seconds)
 
 
-def play_all(folder: Path, games: int, minutes: float) -> None:
-    """Play so many games of each player, a folder each; games that are there are kept."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(2, mp_context=context) as pool:
-        jobs = []
-        for who in PLAYERS:
-            (folder / who).mkdir(parents=True, exist_ok=True)
-            for seed in range(SEED, SEED + games):
-                path = folder / who / f"game-{seed}.json"
-                if not path.exists():
-                    jobs.append(pool.submit(play, who, seed, 60.0 * minutes, path))
-        for job in jobs:
-            say(f"played {job.result()}")
+def note(results: Results, who: str, games: Sequence[dict[str, Any]]) -> None:
+    """Note the figures of a player's games."""
+    score, lasts, pauses = Score(), list[float](), list[float]()
+    for game in games:
+        events = [Event(on / 1000, off / 1000, name) for on, off, name in game["events"]]
+        answers = [Answer(ms / 1000, name) for ms, name in game["commands"]]
+        score.add(judge(events, answers))
+        lasts += [one.release_s - one.onset_s for one in events]
+        pauses += [after.onset_s - before.release_s for before, after in pairwise(events)]
+    minutes = sum(game["seconds"] for game in games) / 60.0
+    right, alarms = score.recall, score.false_alarms / minutes
+    results.note("right", right, preset=who, gestures=score.intended, minutes=minutes)
+    results.note("alarms", alarms, "per minute", preset=who)
+    results.note("command", fmean(lasts) + median(pauses), "s", preset=who)
+    results.note("latency", median(score.latencies_s), "s", preset=who)
 
 
 def main() -> None:
     parser = command_line(__doc__, games=5, minutes=6.0)
-    parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()
-    play_all(arguments.folder, arguments.games, arguments.minutes)
+    results = Results("played_games")
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as pool:
+        seeds, seconds = range(SEED, SEED + arguments.games), 60.0 * arguments.minutes
+        jobs = {who: [pool.submit(play, who, seed, seconds) for seed in seeds] for who in PLAYERS}
+        for who, own in jobs.items():
+            note(results, who, [job.result() for job in own])
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":
