@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.tetris_draw [--json]
 
-A bot plays at twelve actions a second, so that trails, flashes, sparks and words are alive in
+A bot plays at twelve actions a second, so that trails, flashes and words are alive in
 most frames; every frame at 1280 × 720 is timed by itself, for each theme. `draw_p99_ms` is the
 slowest theme's 99th percentile, of CPU time, because a shared machine's clock also counts the
 work of others. `first_frame_s` is from an interpreter's start to the window's first picture,

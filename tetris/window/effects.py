@@ -3,9 +3,7 @@
 Settings without motion show the words alone, and nothing flashes.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from math import cos, pi, sin
-from random import Random
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 import pygame
@@ -23,10 +21,6 @@ _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
 _TRAIL_ALPHA: Final = 110  # where it is brightest, of 255
 _CLEAR_S: Final = 0.36
-_SPARKS_S: Final = 0.55
-_A_CELL: Final = 3  # sparks
-_SPEED: Final = 4.2  # of sparks, cells in a lifetime
-_FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _APART_S: Final = 0.34  # between flashes: WCAG 2.3.1 allows three in any second
 _LASTS_S: Final = 1.4
 _HIGH: Final = 0.16  # of the board, above the words on it
@@ -49,7 +43,6 @@ _SOUNDS: Final[Mapping[type[Event], str]] = {
 
 Line = tuple[str, Colour]
 Drawing = Callable[[pygame.Surface, Layout, float], None]  # at an age from 0, new, to 1, gone
-Spark = tuple[pygame.Surface, float, float, float, float]  # picture, place and speed in cells
 
 
 class Effects:
@@ -60,23 +53,20 @@ class Effects:
         self._alive: list[tuple[float, float, Drawing]] = []  # begin and duration, seconds
         self._lit_s = -_APART_S  # when something was lit last
 
-    def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
-        """Begin what the events call for; the rows are as last drawn, with those now cleared.
+    def show(self, events: Iterable[Event], cell: int) -> None:
+        """Begin what the events call for, on cells of so many pixels.
 
         Without motion there is nothing. What lights or dims the board begins at most three times
         a second.
         """
         for event in events:
+            soon = self._lit_s < event.time_s < self._lit_s + _APART_S
             if isinstance(event, happened.Restarted):
                 self.clear()
-            elif self._look.settings.motion:
-                if isinstance(event, happened.Locked) and event.rows:
-                    burst = _burst(sparks(event, layout, rows, self._look))
-                    self._alive.append((event.time_s, _SPARKS_S, burst))
-                if event.time_s == self._lit_s or event.time_s >= self._lit_s + _APART_S:
-                    lights = [(event.time_s, *each) for each in self._lights(event, layout.cell)]
-                    self._alive += lights
-                    self._lit_s = event.time_s if lights else self._lit_s
+            elif self._look.settings.motion and not soon:
+                lights = [(event.time_s, *each) for each in self._lights(event, cell)]
+                self._alive += lights
+                self._lit_s = event.time_s if lights else self._lit_s
         del self._alive[:-_MOST]
 
     def _lights(self, event: Event, cell: int) -> Iterator[tuple[float, Drawing]]:
@@ -150,45 +140,6 @@ def _bands(event: happened.Locked, colour: Colour) -> Drawing:
         for y in event.rows:
             x_px, y_px = layout.at(0, y)
             surface.blit(band, (x_px, y_px + (height - band.get_height()) // 2))
-
-    return draw
-
-
-def sparks(event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look) -> list[Spark]:
-    """Return sparks in the colours of cleared rows, which fly the same way in a replay."""
-    placed = dict.fromkeys(event.piece.cells, event.piece.kind)
-    side, number = max(2, round(layout.cell * 0.16)), Random(repr(event.rows)).random
-    pictures: dict[Colour, pygame.Surface] = {}  # one for all sparks of a colour
-    flying = []
-    for y in event.rows:
-        for x in range(layout.columns):
-            mark = placed.get((x, y)) or (rows[y][x] if y < len(rows) else "")
-            if not mark:
-                continue
-            colour = tiles_of(look).colour(mark)
-            if colour not in pictures:
-                pictures[colour] = pygame.Surface((side, side))
-                pictures[colour].fill(colour)
-            for _ in range(_A_CELL):
-                turn, speed = number() * 2 * pi, _SPEED * (0.35 + 0.65 * number())
-                dx, dy = cos(turn) * speed, sin(turn) * speed
-                flying.append((pictures[colour], x + 0.4, y - 0.4, dx, dy))
-    return flying
-
-
-def _burst(flying: Sequence[Spark]) -> Drawing:
-    """Return the drawing of sparks in flight."""
-
-    def draw(surface: pygame.Surface, layout: Layout, age: float) -> None:
-        for picture in {spark[0] for spark in flying}:
-            picture.set_alpha(round(255 * (1 - age) ** 1.2))
-        gone, sunk, at = age * (2 - age), _FALL * age * age, layout.at
-        clip = surface.get_clip()
-        surface.set_clip(layout.board)
-        surface.fblits(
-            [(picture, at(x + dx * gone, y + dy * gone - sunk)) for picture, x, y, dx, dy in flying]
-        )
-        surface.set_clip(clip)
 
     return draw
 

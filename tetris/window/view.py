@@ -123,7 +123,6 @@ class GameView:
     ) -> None:
         """Draw into an area; `card` is whether there is a card for figures."""
         self._card = card
-        self._rows: Sequence[str] = ()  # the board as it was drawn last
         self._paced = False  # whether that game's gravity is its own, not that of its level
         self._dress(look or Look())
         self._lay_out(Layout.inside(area, scale=self._look.scale))
@@ -170,7 +169,7 @@ class GameView:
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened be seen in the next frames."""
         events = list(events)
-        self._effects.show(events, self.layout, self._rows)
+        self._effects.show(events, self.layout.cell)
         self._callouts.show(events, paced=self._paced)
 
     def draw(
@@ -204,8 +203,8 @@ class GameView:
         landing = hint.landing if hint and game.in_play else None
         veiled = game.phase is not Phase.RUNNING and not ready
         light_s = time_s if self._effects.alive or self._callouts.alive else None
-        self._rows, self._paced = tuple(game.board.rows), game.row_us is not None
-        board = self._rows, game.piece, game.in_play, game.phase
+        self._paced = game.row_us is not None
+        board = tuple(game.board.rows), game.piece, game.in_play, game.phase
         layout = self.layout
 
         def draw_board() -> None:

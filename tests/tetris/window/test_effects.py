@@ -12,7 +12,7 @@ from tetris.engine.events import Event
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
 from tetris.kit.settings import Look, Settings
-from tetris.window.effects import Effects, praise, sparks
+from tetris.window.effects import Effects, praise
 from tetris.window.scenery import Layout
 from tetris.window.view import GameView, clock, figures_of
 
@@ -71,24 +71,15 @@ def test_light_begins_three_times_a_second_at_most() -> None:
     look, layout = MOVING, Layout.inside(AREA)
     effects, lit = Effects(look), []
     for tick in range(300):
-        game, events = drop("", Piece("O", 4, 18))
+        _, events = drop("", Piece("O", 4, 18))
         events = [replace(event, time_s=tick / 100) for event in events]
         before = len(effects._alive)
-        effects.show(events, layout, game.board.rows)
+        effects.show(events, layout.cell)
         if len(effects._alive) > before:
             lit.append(tick / 100)
         effects.draw(pygame.Surface(AREA.size), layout, tick / 100)
     assert len(lit) > 5
     assert all(later - earlier > 1 for earlier, later in zip(lit, lit[3:], strict=False))
-
-
-def test_sparks_fly_from_the_whole_row() -> None:
-    game, view = Game(seed=1), GameView(AREA, look=MOVING)
-    set_up(game, Board.parse("JJJJJJJJ..\nJJJJJJJJ.."), Piece("O", 8, 10))
-    game.update(0.0)
-    rows = game.board.rows
-    (lock,) = (e for e in game.update(0.0, [Action.HARD_DROP]) if isinstance(e, happened.Locked))
-    assert {int(x) for _, x, *_ in sparks(lock, view.layout, rows, MOVING)} == set(range(10))
 
 
 def test_a_row_that_two_pieces_of_one_frame_complete_is_seen() -> None:
