@@ -42,10 +42,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     out = output_folder(arguments.out)
     kept = out / study.MEASURED
-    sets = [study.SessionSet(preset) for preset in PRESETS]
+    sets: dict[str, study.Paths] = dict.fromkeys(PRESETS, ())
     if arguments.data:
         files = examples.recording_sets(arguments.data)
-        sets = [study.SessionSet(name.replace("|", "_"), tuple(own)) for name, own in files.items()]
+        sets = {name.replace("|", "_"): tuple(own) for name, own in files.items()}
     found = study.measure(
         sets,
         arguments.only,

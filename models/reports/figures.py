@@ -25,40 +25,12 @@ LINE: Final = "#dfe3ec"
 UNSEEN: Final = "#1f6fd0"
 RANDOM: Final = "#c2510f"
 TRAIN: Final = "#7b869c"
-STYLE: Final[dict[Any, Any]] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": DIM,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "axes.labelcolor": DIM,
-    "axes.linewidth": 1.0,
-    "axes.spines.left": False,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlecolor": DIM,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 12,
-    "font.size": 12,
-    "grid.color": LINE,
-    "legend.frameon": False,
-    "legend.labelcolor": "linecolor",
-    "lines.linewidth": 2.2,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "orbtouch",
-    "text.color": INK,
-    "text.parse_math": False,  # names of users and sessions are shown as they are
-    "xtick.color": DIM,
-    "xtick.major.size": 0,
-    "xtick.minor.size": 0,
-    "ytick.color": DIM,
-    "ytick.major.size": 0,
-    "ytick.minor.size": 0,
-}
 PIXELS_PER_INCH: Final = 72  # one pixel is one point of the drawing
 PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
 PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
 
-styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
+# Decorator of functions that draw.
+styled: Final = mpl.rc_context(fname=str(Path(__file__).with_suffix(".mplstyle")))
 ARROWS_SHOWN: Final = 350  # on a map of touches
 MAP_PX: Final = 330.0
 

@@ -122,7 +122,7 @@ class Result:
     location: LocationFigures | None
     by_session: tuple[Row, ...] = ()  # every session
     by_user: tuple[Row, ...] = ()  # every user
-    verdict: Verdict = ()  # on every gesture, the worst first; empty in files of older versions
+    verdict: Verdict = ()  # on every gesture, the worst first
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class Evaluation:
     debounce: dict[str, float]  # debounce settings by name
     results: tuple[Result, ...]  # one for each set of sessions
     notes: tuple[str, ...] = ()  # further remarks, in sentences
-    rows: int = 5  # of the sensor; 5 in files of older versions
+    rows: int = 5  # of the sensor
     columns: int = 5  # of the sensor
 
 

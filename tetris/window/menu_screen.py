@@ -11,7 +11,7 @@ from tetris.kit.menu import DIRECTIONS, OF_CODE, Menu, MenuStep, step_in
 from tetris.kit.menu_view import MenuView, Spot
 from tetris.kit.stage import ATTRACT_HZ, IDLE_HZ, Screen, Stage
 from tetris.window.game_session import BotPlayer
-from tetris.window.play_screen import LEAST_CARD, PlayScreen
+from tetris.window.play_screen import LEAST_CARD, LONGEST_S, PlayScreen
 from tetris.window.scenery import Layout, draw_card
 from tetris.window.view import GameView
 
@@ -23,7 +23,6 @@ _BOTTOM: Final = 16
 _PANEL: Final = 520
 _VEIL_ALPHA: Final = 150
 _ACTION_S: Final = 0.22  # the bot's pace
-_LONGEST_S: Final = 0.25  # time that one frame may bring; it stands still while it is not seen
 _SEED: Final = 7
 _STAYS: Final = 0.7  # of an item's height from its middle, to which a pointing finger keeps it
 _FIRST_S: Final = 0.35  # a held direction repeats after this, and then every
@@ -46,7 +45,7 @@ class AttractMode:
 
     def tick(self, time_s: float) -> None:
         """Let time pass."""
-        self._time_s += min(_LONGEST_S, max(0.0, time_s - self._seen_s))
+        self._time_s += min(LONGEST_S, max(0.0, time_s - self._seen_s))
         self._seen_s = time_s
         events = self._game.update(self._time_s, self._bot.actions(self._game, self._time_s))
         self._bot.watch(events)

@@ -13,6 +13,7 @@ from tetris.kit.stage import IDLE_HZ, PLAY_HZ, Stage
 from tetris.kit.theme import draw_bar
 from tetris.window.effects import sounds_of
 from tetris.window.menu_screen import MenuScreen
+from tetris.window.play_screen import LONGEST_S
 from tetris.window.view import GameView, clock, figures_of
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -20,7 +21,6 @@ _USUAL: Final = 2  # which of them
 _STEP_S: Final = 5.0  # of a seek
 _COLUMN: Final = 430  # width of the menu, design units
 _TALL: Final = 1.2  # height of a window to its width, from which menu and game are stacked
-_LONGEST_S: Final = 0.25  # that one frame may bring
 
 
 class ReplayScreen(MenuScreen):
@@ -43,7 +43,7 @@ class ReplayScreen(MenuScreen):
     def tick(self, time_s: float) -> None:
         """Let the replay go on."""
         super().tick(time_s)
-        passed_s = min(_LONGEST_S, time_s - self._seen_s) if self._seen_s is not None else 0.0
+        passed_s = min(LONGEST_S, time_s - self._seen_s) if self._seen_s is not None else 0.0
         self._seen_s = time_s
         player = self._player
         if self._playing and not player.at_end:

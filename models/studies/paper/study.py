@@ -1,8 +1,7 @@
 """Measurement of the paper's figures and section 6: each part once, kept in a file."""
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -24,21 +23,14 @@ DAYS: Final = 4  # of one person
 MINUTES: Final = 6.0  # of each
 
 Results = dict[str, Any]
+Paths = tuple[Path, ...]  # of recordings; none: people are simulated
 
 _DIGITS: Final = 8  # of the bundle's hash, by which its results are known
 _EMPTY: Final = ("settings", "parts")
 
 
-@dataclass(frozen=True, slots=True)
-class SessionSet:
-    """Sessions that belong together."""
-
-    name: str  # title of the set
-    paths: tuple[Path, ...] = ()  # files; none: people are simulated, and `name` is the preset
-
-
 def measure(
-    sets: Sequence[SessionSet],
+    sets: Mapping[str, Paths],
     only: Sequence[str],
     path: Path,
     settings: Settings,
@@ -48,14 +40,14 @@ def measure(
     """Return all results, measuring what the file `kept`, written after each part, does not hold.
 
     "parts": under "SET|PART" the values of a part, in nats; "settings" of each part.
-    `only` has first words of parts' names; if it is empty, all are measured. `path` is that of the
-    bundle.
+    `sets` are recordings by their title; those of a preset without any are simulated. `only` has
+    first words of parts' names; if it is empty, all are measured. `path` is that of the bundle.
     """
     found = storage.read_tables(kept, *_EMPTY) or {name: {} for name in _EMPTY}
     jobs = {}
-    for one in sets:
-        for name, (how, job) in parts(one, path, settings).items():
-            key = f"{one.name}|{name}"
+    for title, paths in sets.items():
+        for name, (how, job) in parts(title, paths, path, settings).items():
+            key = f"{title}|{name}"
             if found["settings"].get(key) != how:  # measured otherwise
                 found["parts"].pop(key, None)
             found["settings"][key] = how
@@ -73,34 +65,34 @@ def measure(
 
 
 def parts(
-    one: SessionSet, path: Path, settings: Settings
+    title: str, paths: Paths, path: Path, settings: Settings
 ) -> dict[str, tuple[str, Callable[[], Any]]]:
     """Return settings and measurement of a set's parts, by name; each returns plain data."""
-    of = f"{one.paths}"
+    of = f"{paths}"
     found: dict[str, tuple[str, Callable[[], Any]]] = {
-        "section6": (of, partial(_section6, one)),
-        "bound": (f"{of} {bundle.read(path).hash[:_DIGITS]}", partial(_bound, one, path)),
+        "section6": (of, partial(_section6, title, paths)),
+        "bound": (f"{of} {bundle.read(path).hash[:_DIGITS]}", partial(_bound, title, paths, path)),
     }
-    if not one.paths:
+    if not paths:
         of = f"{settings}"
         for recipe in RECIPES:
             for network in figure7.NETWORKS:
-                job = partial(figure7.curves, one.name, recipe, network, settings)
+                job = partial(figure7.curves, title, recipe, network, settings)
                 found[f"figure7 {recipe} {network}"] = of, job
     return found
 
 
-def _section6(one: SessionSet) -> dict[str, float]:
-    recorded = [reader.load(path) for path in one.paths]
-    sessions = [section6.recorded(recorded)] if recorded else section6.simulated(one.name)
+def _section6(title: str, paths: Paths) -> dict[str, float]:
+    recorded = [reader.load(one) for one in paths]
+    sessions = [section6.recorded(recorded)] if recorded else section6.simulated(title)
     return section6.measure(sessions)
 
 
-def _bound(one: SessionSet, path: Path) -> dict[str, Any]:
+def _bound(title: str, paths: Paths, path: Path) -> dict[str, Any]:
     """Measure the bound; simulated people make the bundle's gestures."""
     loaded = bundle.read(path)
-    recordings = [reader.load(path) for path in one.paths]
+    recordings = [reader.load(one) for one in paths]
     if not recordings:
-        people = People.of(loaded, one.name, SEED, MINUTES, users=1)
+        people = People.of(loaded, title, SEED, MINUTES, users=1)
         recordings = [recording for _, recording in people.sessions(DAYS)]
     return section6.bounds(section6.answers(loaded, recordings))

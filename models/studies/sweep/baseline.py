@@ -48,9 +48,9 @@ class Signal:
     @classmethod
     def of(cls, images: NDArray[np.float32]) -> "Signal":
         """Return that of images or windows, (..., rows, columns)."""
-        peaks = [np.quantile(images.max(axis=(-2, -1)) - 1.0, FIRM),
-                 np.quantile(1.0 - images.min(axis=(-2, -1)), FIRM)]  # fmt: skip
-        return cls(1.0 if peaks[0] >= peaks[1] else -1.0, max(*map(float, peaks), 1e-9))
+        above = float(np.quantile(images.max(axis=(-2, -1)) - 1.0, FIRM))
+        below = float(np.quantile(1.0 - images.min(axis=(-2, -1)), FIRM))
+        return cls(1.0 if above >= below else -1.0, max(above, below, 1e-9))
 
     def seen(self, images: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return what touches add to images (..., rows, columns), or take from them."""

@@ -81,8 +81,8 @@ def test_what_was_measured_is_kept_and_drawn_again(tmp_path: Path, monkeypatch: 
     said: list[str] = []
 
     def measured() -> Any:
-        sets, ships = [study.SessionSet("nominal")], bundle.default_path()
-        return study.measure(sets, ["figure7"], ships, settings, kept, said.append)
+        ships = bundle.default_path()
+        return study.measure({"nominal": ()}, ["figure7"], ships, settings, kept, said.append)
 
     first = measured()
     assert len(said) == 3  # a network each
