@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
@@ -20,7 +20,7 @@ from controller.cli import COMMANDS
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
-from controller.runtime.loop import ORPHAN_S, Handler, Loop
+from controller.runtime.loop import ORPHAN_S, Handler, Loop, hurry
 from controller.runtime.renewal import exchange, renew
 from controller.runtime.systemd import WatchdogHeartbeat
 from controller.sensors import base as sensors
@@ -60,7 +60,7 @@ def _run(parts: Parts, shutdown: Shutdown) -> None:
     if url := parts.link.url:
         _announce(url)
     if printing and replaying:
-        _replay(open_device(parts, 1), lambda: bool(shutdown))
+        hurry(open_device(parts, 1), lambda: bool(shutdown) or not parts.link.connected)
         return
     watchdog = WatchdogHeartbeat()
     watchdog.ready()
@@ -147,13 +147,6 @@ def _watch_host(shutdown: list[str]) -> None:
         while os.read(0, 4096):
             pass
     shutdown.append("the host has gone")
-
-
-def _replay(device: Device, stopped: Callable[[], bool]) -> None:
-    """Run a whole recording through the pipeline, as fast as possible."""
-    while device.due is not None and device.link.connected and not stopped():
-        device.advance(device.sensor.rate_hz)
-    device.close()
 
 
 # --- options --------------------------------------------------------------------------------------

@@ -191,3 +191,15 @@ class Loop:
         self._ends.append(self._clock())
         span_s = self._ends[-1] - self._ends[0]
         return (len(self._ends) - 1) / span_s if span_s > 0.0 else device.sensor.rate_hz
+
+
+def hurry(device: Device, stopped: Callable[[], bool]) -> None:
+    """Run a device through its schedule as fast as possible, until `stopped`, and close it.
+
+    Errors are those of `Loop.run`.
+    """
+    try:
+        while device.due is not None and not stopped():
+            device.advance(device.sensor.rate_hz)
+    finally:
+        device.close()

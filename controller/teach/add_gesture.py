@@ -21,11 +21,11 @@ from controller.bundles.vocabulary import ROTATIONS, SELF, Entry
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.recording import Recording
+from controller.recordings.writer import alternatives
 from controller.shared.aliases import Say
 from controller.shared.errors import count
 from controller.shared.touch_strength import scaled
-from controller.teach import TeachError
-from controller.teach.session import SessionPlan
+from controller.teach.session import SessionPlan, TeachError
 
 LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
 TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
@@ -72,7 +72,8 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
         raise TeachError("no example was felt, so there is nothing to learn")
     begun = time.monotonic()
     taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
-    made = _free(out, f"{entry.label}-{plan.user}" if plan.user else entry.label)
+    name = f"{entry.label}-{plan.user}" if plan.user else entry.label
+    made = next(one for one in alternatives(out / f"{name}.orb") if not one.exists())
     bundles.write(made, manifest=taught.manifest, parts=taught.parts)
     say(
         f"{entry.label} is learned from {count(len(examples), 'example')} in "
@@ -89,35 +90,17 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
 
 
 def cut(loaded: Bundle, recording: Recording, entry: Entry) -> list[Example]:
-    """Return the examples that a recording's cues asked for and got.
+    """Return the examples that a recording's cues asked for and got, with the spans of touches.
 
     Symmetries that the entry does not declare are guessed from them, as the window does.
     """
-    own = recording.origin.labels.index(entry.label)
-    asked = (recording.cue == own) & ~recording.excluded
-    found = [Example(entry.label, images) for images in around(loaded, recording, asked)]
-    touches = [touch for one in found if (touch := one.found(loaded.rate_hz)) is not None]
+    asked = (recording.cue == recording.origin.labels.index(entry.label)) & ~recording.excluded
+    given = Session.of(loaded, recording).examples(entry.label, asked, np.full(len(asked), ""))
+    found = [touch for one in given if (touch := one.found(loaded.rate_hz)) is not None]
     rotations, mirrored = entry.rotations, entry.mirror == SELF
     if rotations == ROTATIONS[0] and not mirrored:
-        rotations, mirrored = guess_symmetries(touches)
-    return [
-        replace(one, rotations=rotations, mirrored=mirrored)
-        for one in found
-        if one.found(loaded.rate_hz) is not None
-    ]
-
-
-def around(
-    loaded: Bundle, recording: Recording, asked: NDArray[np.bool_]
-) -> Iterator[NDArray[np.float32]]:
-    """Yield the z images of each run of `asked` frames, (n,), with some before and after.
-
-    Frames before the rest image is known do not count.
-    """
-    session = Session.of(loaded, recording)
-    for first, end in session.runs(asked):
-        lead = max(first - round(LEAD_S * loaded.rate_hz), int(session.ready.argmax()))
-        yield session.images[lead : end + round(TAIL_S * loaded.rate_hz)]
+        rotations, mirrored = guess_symmetries(found)
+    return [replace(one, rotations=rotations, mirrored=mirrored) for one in found]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,12 +177,3 @@ class Session:
 def _length(chosen: NDArray[np.bool_]) -> int:
     """Return how many of the first frames are chosen, without a gap."""
     return int(np.argmin(np.append(chosen, False)))
-
-
-def _free(out: Path, name: str) -> Path:
-    """Return a file that is not there yet."""
-    number, path = 1, out / f"{name}.orb"
-    while path.exists():
-        number += 1
-        path = out / f"{name}-{number}.orb"
-    return path

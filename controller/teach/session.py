@@ -14,25 +14,24 @@ from numpy.typing import NDArray
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
-from controller.links.base import Link
+from controller.links.base import KeyLink
 from controller.recognition.debounce import NULL, DebounceSettings
 from controller.recognition.images.frames import PreprocessSettings, Window
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
 from controller.runtime.device import Device, VirtualHand
-from controller.runtime.loop import Loop
+from controller.runtime.loop import Loop, hurry
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor
 from controller.sensors.geometry import Geometry
 from controller.sensors.virtual import knows, place
 from controller.shared.aliases import Say, State
 from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase
-from controller.shared.errors import count
+from controller.shared.errors import UserError, count
 from controller.shared.protocol.messages import Message, Perform
 from controller.simulator.hand.gesture_file import load
 from controller.simulator.hand.performance import BRIEF
-from controller.teach import TeachError
 
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
 LOCATIONS: Final = "locations"  # gestures whose place counts, on every site and between them
@@ -49,9 +48,12 @@ PACES: Final = {
     FEW: CueTiming(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
 }
 _REACTION_S: Final = (0.2, 0.6)  # from a cue to the simulated hand's first movement
-_TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 _log = logging.getLogger("controller")
+
+
+class TeachError(UserError, ValueError):
+    """It cannot be taught like this; the message says why, in one sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +170,15 @@ def _record(
     obey = None
     if sensor.virtual:
         obey = CuedHand(sensor.geometry, hand_seed, plan.vocabulary.files).obey
-    alone = OfflineLink(simulated=sensor.virtual)
+    alone = _NoLink()
     device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(respond=obey))
-    loop = Loop(alone, lambda: device, alone.now_s)
-    loop.run(stopped)
-    if loop.missed:
-        _log.info("missed %s; is the machine too busy?", count(loop.missed, "frame"))
+    if sensor.virtual:
+        hurry(device, stopped)
+    else:
+        loop = Loop(alone, lambda: device, time.monotonic)
+        loop.run(stopped)
+        if loop.missed:
+            _log.info("missed %s; is the machine too busy?", count(loop.missed, "frame"))
     return [path for path in made if path.exists()]
 
 
@@ -221,32 +226,14 @@ class CuedHand:
         return at_s, Perform(self._number, label, *at)
 
 
-class OfflineLink(Link):
-    """A link without a host, and the clock of its `wait`."""
-
-    connected = False
-    dropped = 0
-
-    def __init__(self, *, simulated: bool) -> None:
-        """Begin; only waiting moves a `simulated` time."""
-        self._simulated, self._now_s = simulated, 0.0
-
-    def now_s(self) -> float:
-        """Return the session's time, seconds."""
-        return self._now_s if self._simulated else time.monotonic()
+class _NoLink(KeyLink):
+    """A link on which no host ever comes."""
 
     def send(self, message: Message, t_ms: int) -> None:
         """Drop the message."""
 
     def close(self) -> None:
         """Nothing is open."""
-
-    def wait(self, timeout_s: float) -> None:
-        """Let so much of the session's time pass."""
-        if self._simulated:
-            self._now_s += timeout_s + _TICK_S
-        else:
-            time.sleep(timeout_s)
 
 
 class _NullModel(Networks):

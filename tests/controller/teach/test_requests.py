@@ -10,8 +10,14 @@ from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
 from controller.bundles.vocabulary import Vocabulary
-from controller.teach import TeachError
-from controller.teach.session import GESTURES, LOCATIONS, SessionPlan, requests, sites
+from controller.teach.session import (
+    GESTURES,
+    LOCATIONS,
+    SessionPlan,
+    TeachError,
+    requests,
+    sites,
+)
 
 FIVE = vocabulary.shipped()
 
