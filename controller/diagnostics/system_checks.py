@@ -2,25 +2,17 @@
 
 import os
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Final
 
+from controller.bundles.container import BundleError
+from controller.bundles.deploy import selftest
 from controller.diagnostics.report import Row, Verdict
 from controller.links import LinkError, open_link
 from controller.shared.notices import notice
 from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
-_PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
-_PROBE: Final = (
-    "import sys\n"
-    "from controller.bundles import bundle\n"
-    "from controller.bundles.inference.networks import Recognizer\n"
-    "from pathlib import Path\n"
-    "print(Recognizer(bundle.read(Path(sys.argv[1]))).engine)\n"
-)
 _OTHER: Final = notice("other_version", "pip install 'onnxruntime==1.20.1'")
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB
 _GRID: Final = (1, 1, 10.0, 10.0)
@@ -30,30 +22,14 @@ _WELCOME: Final = Welcome(
 )
 
 
-def runtime(bundle: Path, python: str = sys.executable) -> Row:
-    """Return how ONNX Runtime does: imported and asked in a child, as it crashes on some boards.
-
-    It has to give the golden answers of the bundle's networks.
-    """
+def runtime(bundle: Path) -> Row:
+    """Return whether ONNX Runtime gives the golden answers of a bundle's networks."""
     name = "onnxruntime"
     try:
-        done = subprocess.run(
-            [python, "-c", _PROBE, str(bundle)],
-            capture_output=True,
-            text=True,
-            timeout=_PROBE_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        found = notice("hangs", _PROBE_S)
-        return Row(name, Verdict.FAULT, found, _OTHER, "runtime_hangs")
-    if done.returncode < 0:
-        found = notice("crashes", -done.returncode)
-        return Row(name, Verdict.FAULT, found, _OTHER, "runtime_crashes")
-    if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        return Row(name, Verdict.FAULT, last, notice("reinstall"), "runtime_fails")
-    return Row(name, Verdict.GOOD, notice("golden", done.stdout.strip(), bundle.name))
+        engine = selftest.run(bundle, blocks=0).engine
+    except BundleError as error:
+        return Row(name, Verdict.FAULT, str(error), _OTHER, "runtime")
+    return Row(name, Verdict.GOOD, notice("golden", engine, bundle.name))
 
 
 def disk(folder: Path) -> Row:

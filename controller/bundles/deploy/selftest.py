@@ -22,6 +22,7 @@ from controller.bundles.container import BundleError
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.pipeline import Pipeline
 from controller.shared.errors import one_line
+from controller.shared.notices import notice
 
 DEADLINE_S: Final = 60.0  # a slow board needs some seconds for the import
 STEPS: Final = 1000  # in a timed block
@@ -36,6 +37,7 @@ class SelfTestResult:
     step_us: float = 0.0  # median of the fastest block, microseconds
     worst_us: float = 0.0  # 99th percentile of that block, microseconds
     problem: str = ""  # reason that the bundle cannot be used; "" if it can
+    engine: str = ""  # name and version of what ran its networks
 
 
 def run(path: Path, blocks: int = BLOCKS) -> SelfTestResult:
@@ -47,11 +49,9 @@ def run(path: Path, blocks: int = BLOCKS) -> SelfTestResult:
         done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
         result = SelfTestResult(**json.loads(done.stdout.splitlines()[-1]))
     except subprocess.TimeoutExpired:
-        raise BundleError(f"the self-test did not end within {DEADLINE_S:g} s") from None
+        raise BundleError(notice("hangs", DEADLINE_S)) from None
     except (IndexError, ValueError, TypeError):
-        raise BundleError(
-            f"the self-test ended with status {done.returncode} on this device"
-        ) from None
+        raise BundleError(notice("crashes", done.returncode)) from None
     if result.problem:
         raise BundleError(result.problem)
     return result
@@ -60,11 +60,14 @@ def run(path: Path, blocks: int = BLOCKS) -> SelfTestResult:
 def measure(
     bundle: Bundle, clock_ns: Callable[[], int] = time.perf_counter_ns, blocks: int = BLOCKS
 ) -> SelfTestResult:
-    """Check golden vectors in this process, and time the control step."""
+    """Check golden vectors in this process, and time the control step in blocks, if any."""
     try:
-        pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
+        recognizer = Recognizer(bundle)
     except BundleError as error:  # it may quote names in the networks
         return SelfTestResult(problem=one_line(str(error)))
+    if not blocks:
+        return SelfTestResult(engine=recognizer.engine)
+    pipeline = Pipeline(bundle.settings, recognizer, bundle.mapping)
     ratio = bundle.preprocess.normalise == "ratio"
     rest, scale = (40.0, 40.0) if ratio else (0.0, bundle.preprocess.scale)
     noise = np.random.default_rng(0).normal(0.0, 0.01, (64, bundle.rows, bundle.columns))
@@ -84,7 +87,7 @@ def measure(
         pipeline.check_health()  # when the gesture is out
     steps = times[STEPS:].reshape(blocks, STEPS) / 1000.0
     p50, p99 = np.percentile(steps, [50, 99], axis=1).min(axis=1)
-    return SelfTestResult(round(float(p50), 1), round(float(p99), 1))
+    return SelfTestResult(round(float(p50), 1), round(float(p99), 1), "", recognizer.engine)
 
 
 if __name__ == "__main__":
