@@ -152,16 +152,3 @@ def test_each_adapter_problem_has_a_row_and_advice(changes: dict[str, object], c
     found = {row.code: row for row in bluetooth.judge(objects(**changes)) if row.code}
     assert {code, "no_bond"} <= found.keys() <= {code, "no_bond", "no_service"}
     assert found[code].advice
-
-
-def test_a_blocked_radio_is_told_apart_by_who_can_unblock_it(tmp_path: Path) -> None:
-    for number, (kind, soft, hard) in enumerate(
-        [("bluetooth", "1", "0"), ("bluetooth", "0", "1"), ("wlan", "1", "1")]
-    ):
-        folder = tmp_path / f"rfkill{number}"
-        folder.mkdir()
-        for name, value in (("type", kind), ("soft", soft), ("hard", hard)):
-            (folder / name).write_text(value + "\n")
-    soft_row, hard_row = bluetooth.blocked(tmp_path)
-    assert soft_row.advice == "rfkill unblock bluetooth"
-    assert "switch" in hard_row.advice
