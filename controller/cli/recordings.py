@@ -17,7 +17,6 @@ from controller.recordings.quality.check import (
     duplicated,
     examine,
 )
-from controller.recordings.quality.taxels import respond
 from controller.recordings.recording import Recording, RecordingError
 from controller.shared.arguments import Parser
 from controller.shared.errors import TROUBLE, complain, count, output_folder, printable, reason
@@ -40,8 +39,8 @@ def _check(argv: Sequence[str]) -> int:
         usage="controller recordings PATH ... [--json]\n"
         "       controller recordings import SOURCE ... DESCRIPTION [--out DIR]",
         description="Recover what a crash has left, then give each recording a verdict (good, "
-        "doubtful or failed) with its reasons, and a file that is named a summary with a picture "
-        "of each class. Rows and columns of taxels count from the top left, from 0. The exit "
+        "doubtful or failed) with its reasons, and a file that is named a summary. "
+        "Rows and columns of taxels count from the top left, from 0. The exit "
         "status is that of the worst file: 0 good, 1 doubtful, 2 failed.",
         epilog="Try it: orbtouch examples OUT; controller recordings OUT/demo.npz. Other sensors' "
         "arrays: "
@@ -60,7 +59,7 @@ def _check(argv: Sequence[str]) -> int:
         if options.json:
             print(json.dumps(one.facts | one.report.plain()))
             continue
-        for line in summary.lines(one.report, one.recording, one.pictures):
+        for line in summary.lines(one.report, one.recording):
             print(printable(line))
     if not options.json and len(found) > 1:
         levels = [one.report.level for one in found]
@@ -76,7 +75,6 @@ class _Found:
     report: Report
     recording: Recording | None = None  # where its summary is wanted
     facts: dict[str, Any] = field(default_factory=dict)
-    pictures: Sequence[str] = ()  # of a recording that is given
 
 
 def _examined(paths: Sequence[Path]) -> list["_Found"]:
@@ -93,16 +91,11 @@ def _examined(paths: Sequence[Path]) -> list["_Found"]:
         if len(files) > 1:
             index.add(recording)
         try:
-            response = respond(recording)
+            report = examine(path, recording)
         except OSError as error:
             room = "set TMPDIR to a folder with as much room as it unpacks to"
             raise RecordingError(f"cannot check {path}: {reason(error)}; {room}") from None
-        report, facts = examine(path, recording, response), summary.facts(recording)
-        if path in paths:
-            images = summary.pictures(recording, report.said, response)
-            found.append(_Found(report, recording, facts, images))
-        else:
-            found.append(_Found(report, facts=facts))
+        found.append(_Found(report, recording if path in paths else None, summary.facts(recording)))
     by_path = {loaded[number]: shared for number, shared in index.shared().items()}
     return [
         replace(one, report=one.report.also(*duplicated(by_path.get(one.report.path, {}), loaded)))

@@ -1,25 +1,16 @@
-"""Summary and quality verdict of a recording as text, with small images of the sensor."""
+"""Summary and quality verdict of a recording as text."""
 
 import textwrap
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, Final
 
-import numpy as np
-
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.taxels import Map, Response
-from controller.recordings.recording import PICOFARAD, Recording
-from controller.shared.aliases import Frames, Mask
-from controller.shared.blocks import blocks
+from controller.recordings.recording import Recording
 from controller.shared.errors import count
 
-_SHADES: Final = " ░▒▓█"  # from nothing to the greatest value
 _WIDTH: Final = 80  # columns of a terminal
-_APART: Final = "   "  # between two images
-_LONGEST: Final = 24  # letters of a name
 
 
 def facts(recording: Recording) -> dict[str, Any]:
@@ -35,13 +26,8 @@ def facts(recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(
-    report: Report, recording: Recording | None = None, images: Sequence[str] = ()
-) -> list[str]:
-    """Return a verdict as lines for a terminal; with the recording also what is in it.
-
-    `images` are the lines of `pictures`.
-    """
+def lines(report: Report, recording: Recording | None = None) -> list[str]:
+    """Return a verdict as lines for a terminal; with the recording also what is in it."""
     text = [f"{report.level.name.lower():8}  {report.path}"]
     text += [] if recording is None else _provenance(recording)
     if (rhythm := report.cadence) is not None:
@@ -57,7 +43,7 @@ def lines(
     for finding in sorted(report.findings, key=lambda each: -each.level):
         word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
         text.append(f"  {word + ':':9} {finding.text}")
-    return [*text, *images]
+    return text
 
 
 def _provenance(recording: Recording) -> list[str]:
@@ -127,49 +113,3 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
     text = ", ".join(part.replace(" ", "\xa0") for part in parts)  # no break within a part
     rows = textwrap.wrap(text, _WIDTH - 12, break_long_words=False, break_on_hyphens=False)
     return [f"  {name * (i == 0):9} {row}".replace("\xa0", " ") for i, row in enumerate(rows)]
-
-
-# --- pictures -------------------------------------------------------------------------------------
-
-
-def pictures(
-    recording: Recording, sources: tuple[SourceLabels, ...], response: Response
-) -> list[str]:
-    """Return the mean image of each class, by the first source that names any, as lines."""
-    shown = response.touched & ~recording.excluded
-    source = next((one.labeller for one in sources if any(one.events.values())), "")
-    classes = {"touched": shown}
-    if source:
-        column = getattr(recording, source)
-        names = recording.origin.labels[1:]
-        classes = {name: shown & (column == index) for index, name in enumerate(names, 1)}
-    shades = [
-        _block(name, np.abs(_mean(response.change, frames)), recording.origin.unit)
-        for name, frames in classes.items()
-        if frames.any()
-    ]
-    width = max((len(line) for block in shades for line in block), default=_WIDTH)
-    abreast = (_WIDTH - 2 + len(_APART)) // (width + len(_APART))
-    if not abreast:  # no image, or too wide
-        return []
-    by = f" by {source}" if source else ""
-    text = ["", f"  mean change of each taxel under touch{by}, and the greatest:"]
-    for first in range(0, len(shades), abreast):
-        rows = zip(*shades[first : first + abreast], strict=True)
-        text += ["  " + _APART.join(f"{cell:{width}}" for cell in row).rstrip() for row in rows]
-    return text
-
-
-def _mean(change: Frames, used: Mask) -> Map:
-    """Return the mean of some changes, (rows, columns); `used` is (n,)."""
-    total = sum(change[part][used[part]].sum(axis=0, dtype=np.float64) for part in blocks(change))
-    return np.asarray(total / used.sum())
-
-
-def _block(name: str, change: Map, unit: str) -> list[str]:
-    """Return one image: its name, a line for each row, two characters a taxel, and a caption."""
-    top = float(change.max())
-    below = f"{100 * top:.0f} %" if unit == PICOFARAD else f"{top:.3g} {unit}"
-    steps = np.rint(change / (top or 1.0) * (len(_SHADES) - 1)).astype(int)
-    picture = ["|" + "".join(2 * _SHADES[step] for step in row) + "|" for row in steps.tolist()]
-    return [name[:_LONGEST], *picture, below]

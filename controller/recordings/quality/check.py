@@ -74,9 +74,9 @@ class Report:
         }
 
 
-def examine(path: Path, recording: Recording, response: Response | None = None) -> Report:
-    """Return the quality of one recording; its `response` is found anew if it is not given."""
-    response = response or respond(recording)
+def examine(path: Path, recording: Recording) -> Report:
+    """Return the quality of one recording."""
+    response = respond(recording)
     cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)

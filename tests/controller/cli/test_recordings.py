@@ -37,7 +37,7 @@ def write(path: Path, recording: Recording) -> Path:
     return path
 
 
-def test_a_named_file_is_described_and_drawn(tmp_path: Path, run: Run) -> None:
+def test_a_named_file_is_described(tmp_path: Path, run: Run) -> None:
     path = write(tmp_path / "one.npz", played())
     status, out, _ = run(path)
     assert status == 0
@@ -45,13 +45,8 @@ def test_a_named_file_is_described_and_drawn(tmp_path: Path, run: Run) -> None:
     assert "cadence   2:00 min at 10.00 Hz (10 intended), 0 of 1200 frames missing" in out
     assert "label     null" in out
     assert "button    null" in out
-    lines = out.splitlines()
-    head = next(i for i, line in enumerate(lines) if line.startswith("  press  "))
-    assert lines[head].split() == ["press", "pinch", "twist_cw", "twist_ccw"]
-    assert all(len(line.split("|")[1]) == 10 for line in lines[head + 1 : head + 6])
-    assert "█" in out
-    assert max(map(len, lines[1:])) <= 80
-    assert "█" not in run(tmp_path)[1]  # of a folder's files only the verdict
+    assert max(map(len, out.splitlines()[1:])) <= 80
+    assert "who       " not in run(tmp_path)[1]  # of a folder's files only the verdict
 
 
 def test_what_a_file_says_cannot_move_the_cursor(tmp_path: Path, run: Run) -> None:
