@@ -43,11 +43,6 @@ REHEARSAL, TAUGHT = "rehearsal.npz", "taught.npz"
 CONTENT = (EMBEDDING, HEAD, LOCATION, GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; optional ones before SUMS
 
-_OLD_PART = "gesture.onnx"  # of formats 1 to 4
-_OLD = (
-    "is of an older version, in another form; train it again from its recordings, or teach its "
-    "gestures to the bundle that ships (orbtouch docs teach)"
-)
 _MAX_PARTS = 64
 _UNIX = 3  # system that made the file: APPNOTE.TXT, 4.4.2
 _FILE = (stat.S_IFREG | 0o644) << 16
@@ -67,8 +62,6 @@ def unpack(data: bytes) -> dict[str, bytes]:
         intact = False
     if not intact:
         raise BundleError("is damaged, or something else; copy it again from where it came")
-    if _OLD_PART in parts:
-        raise BundleError(_OLD)
     if tuple(parts) != _in_order(parts):
         raise BundleError("is damaged: its parts are not those of a bundle")
     if _sums(parts) != parts[SUMS]:

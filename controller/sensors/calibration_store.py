@@ -20,7 +20,6 @@ from controller.shared.config import parse_json
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
 _SMALLEST_SCALE: Final = 1e-6
-_FIRST_HZ: Final = 10.0  # of calibrations that do not say
 _LONGEST: Final = 100  # letters of a file's name
 _MAX_BYTES: Final = 4 << 20  # of a file: some hundred thousand taxels
 
@@ -33,7 +32,7 @@ class Calibration:
 
     rest: Frame  # what the untouched sensor read, (rows, columns), picofarads
     idle: float  # mean of |z - 1| meanwhile
-    rate_hz: float = _FIRST_HZ  # frames per second
+    rate_hz: float  # frames per second
 
     def known(self, rate_hz: float) -> StoredBaseline:
         """Return the same for the preprocessor of a rate: a shorter scan is noisier."""
@@ -67,7 +66,7 @@ def load(device_id: str) -> Calibration | None:
         if plain is None or "rest_pf" not in plain:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
-        rate_hz = float(plain.get("rate_hz", _FIRST_HZ))
+        rate_hz = float(plain["rate_hz"])
         if not (math.isfinite(idle) and 0.0 <= idle < 1.0 and 0.1 <= rate_hz <= 1000.0):
             raise ValueError("its noise is out of range")
         return Calibration(rest, idle, rate_hz)

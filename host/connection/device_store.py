@@ -9,13 +9,13 @@ from __future__ import annotations
 import errno
 import logging
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
 import tomli_w
 
-from controller.shared.config import parse_toml
+from controller.shared.config import parse_toml, settings
 from controller.shared.errors import reason
 from controller.shared.files import atomic_write, config_folder, read_text
 
@@ -106,22 +106,14 @@ class DeviceStore:
 
 
 def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
-    """Return the devices of a table; what has the wrong kind is as if it were not there."""
+    """Return the devices of a table; ValueError if a value cannot be used."""
     devices = table.get("device", {})
-    if not isinstance(devices, dict):
-        raise ValueError("device is no table")
-    known = {}
-    for device_id, entry in devices.items():
-        if not isinstance(entry, dict):
-            raise ValueError(f"device {device_id!r} is no table")
-        usual = asdict(KnownDevice(device_id))
-        values = {
-            name: value
-            for name, value in entry.items()
-            if name in _NAMES and type(value) is type(usual[name])
-        }
-        known[device_id] = KnownDevice(device_id, **values)
-    return known
+    if not isinstance(devices, dict) or not all(isinstance(one, dict) for one in devices.values()):
+        raise ValueError("device is no table of tables")
+    return {
+        device_id: settings(KnownDevice, {**entry, "device_id": device_id}, f"device.{device_id}")
+        for device_id, entry in devices.items()
+    }
 
 
 _NAMES: Final = tuple(field.name for field in fields(KnownDevice) if field.name != "device_id")

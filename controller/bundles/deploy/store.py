@@ -39,7 +39,6 @@ class StoredBundle:
     step_us: float  # median control step on this device, microseconds
     installed: str  # time of installation, ISO 8601
     corrects: str | None = None  # name of the bundle that it is a correction of; None if it is none
-    engine: str | None = None  # not used; records of earlier versions name one
 
 
 @dataclass(frozen=True, slots=True)

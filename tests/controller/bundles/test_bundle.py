@@ -293,12 +293,6 @@ def test_a_head_is_for_the_labels_and_for_the_embedding(tmp_path: Path) -> None:
         Recognizer(bundle.read(tmp_path / "x.orb"))
 
 
-def test_a_bundle_of_an_older_version_is_refused_with_what_to_do() -> None:
-    old = {"bundle.toml": b"format = 4\n", "gesture.onnx": b"1", container.SUMS: b""}
-    with pytest.raises(BundleError, match=r"of an older version, .*; train it again from its rec"):
-        bundle.parse(container.pack(old))
-
-
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(answers: int) -> Network:
         return lambda question: np.full((1, answers), np.nan, dtype=np.float32)

@@ -52,7 +52,7 @@ def put(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
     return name
 
 
-_ENTRY = 'engine = "numpy"\nstep_us = 5.0\ninstalled = "now"\n'
+_ENTRY = 'corrects = "none"\nstep_us = 5.0\ninstalled = "now"\n'
 _NAMED = 'current = "0123456789abcdef"\n[bundles.0123456789abcdef]\n'
 DAMAGED = (
     "no TOML [",
@@ -68,7 +68,7 @@ DAMAGED = (
     _NAMED + _ENTRY.replace("5.0", '"fast"'),
     _NAMED + _ENTRY.replace("5.0", "0x" + "f" * 400),
     _NAMED + _ENTRY.replace("5.0", "nan"),
-    _NAMED + _ENTRY.replace('"numpy"', "[]"),
+    _NAMED + _ENTRY.replace('"none"', "[]"),
     f"x = {'[' * 5000}",
     f"x{'.a' * 5000} = 1",
     f"x = {'9' * 5000}",

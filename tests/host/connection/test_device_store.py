@@ -61,7 +61,11 @@ def test_only_the_latest_devices_are_kept(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content", [b"[device", b"device = 3", b"device.a = 3", b"\xff\xfe", b"a = [" * 10_000]
+    "content",
+    [
+        *(b"[device", b"device = 3", b"device.a = 3", b"\xff\xfe", b"a = [" * 10_000),
+        *(b"[device.a]\nport = 3", b'[device.a]\nvirtual = "yes"'),
+    ],
 )
 def test_damaged_file_is_put_aside_and_told_of(path: Path, content: bytes) -> None:
     path.parent.mkdir()
@@ -113,12 +117,6 @@ def test_special_file_in_its_place_costs_a_sentence(kind: str, tmp_path: Path) -
 def test_file_is_its_owner_s_alone(path: Path) -> None:
     DeviceStore(path).remember("orb-1", key="/home/me/orb.key")
     assert path.stat().st_mode & 0o077 == 0 or sys.platform == "win32"
-
-
-def test_values_of_the_wrong_kind_are_as_if_they_were_not_there(path: Path) -> None:
-    path.parent.mkdir()
-    path.write_text('[device.a]\nport = 3\nname = "Orb"\nvirtual = "yes"\nunheard = 1\n')
-    assert DeviceStore(path).devices == [KnownDevice("a", name="Orb")]
 
 
 text = st.text(st.characters(codec="utf-8"), max_size=20)
