@@ -196,11 +196,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--key", metavar="FILE", type=Path, help=text)
     text = (
-        "accept hosts of other machines on listen:// without a key: every program that reaches "
-        "the port can connect"
-    )
-    add("--unprotected", action="store_true", default=None, help=text)
-    text = (
         "record the session into a new .npz file, or into a folder (default: here) as "
         "sub-USER_ses-SESSION_run-01.npz; recordings left unfinished by a crash are recovered"
     )
@@ -232,15 +227,12 @@ def options_of(words: Sequence[str]) -> RunOptions:
 
 def check(options: RunOptions) -> RunOptions:
     """Return the options; raise UserError for a contradictory combination."""
-    replay, printing, key = options.replay is not None, options.link == PRINT, options.key
+    replay, printing = options.replay is not None, options.link == PRINT
     recording = options.record is not None
     refused = {
         "a replay is a recording already; leave out --record": replay and recording,
         "a recording has its own rate; leave out --rate": replay and options.rate is not None,
-        "--key and --unprotected are for hosts; name their link with --link": printing
-        and (key is not None or options.unprotected),
-        "an orb with a key is protected; leave out --key or --unprotected": key is not None
-        and options.unprotected,
+        "--key is for hosts; name their link with --link": printing and options.key is not None,
         "--label is for recordings; add --record": not recording and options.label,
         "--seconds is for recordings; add --record": not recording and options.seconds,
     }

@@ -26,9 +26,7 @@ _SERIAL: Final = ("", "socket", "rfc2217", "loop", "spy", "alt", "hwgrep", "cp21
 PRINT: Final = "-"  # the link that prints commands
 
 
-def open_link(
-    url: str, welcome: Welcome, *, token: str = "", key: bytes = b"", exposed: bool = False
-) -> Link:
+def open_link(url: str, welcome: Welcome, *, token: str = "", key: bytes = b"") -> Link:
     """Open a link; LinkError if it cannot be opened.
 
     Args:
@@ -37,12 +35,11 @@ def open_link(
         welcome: The description of the device.
         token: Shared secret of the hosts; "" accepts every host.
         key: Key that authenticates every frame, on both ends; b"": no authentication.
-        exposed: Accept other machines without a key.
     """
     if not url:
         raise LinkError("--link names no port; leave it out to have commands printed")
     try:
-        link: Link = module_of(url).create(url, welcome, Access(token, key, exposed))
+        link: Link = module_of(url).create(url, welcome, Access(token, key))
     except ProtocolError as error:  # the Welcome does not fit in a packet
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link

@@ -30,7 +30,6 @@ class Access:
 
     token: str = field(default="", repr=False)  # shared secret of the hosts; "" accepts every host
     key: bytes = field(default=b"", repr=False)  # authenticates every frame; b"": none does
-    exposed: bool = False  # accept other machines without a key
 
 
 class Link(ABC):

@@ -89,8 +89,17 @@ def _bind(url: str, access: Access) -> socket.socket:
             f"cannot listen at {url}, whose address is no number of this machine's; "
             f"write listen://127.0.0.1:{port}, or 0.0.0.0 with --key FILE"
         ) from None
+    if not loopback and not access.key:
+        raise LinkError(
+            f"will not listen at {url}, where other machines could connect; add --key FILE, or "
+            f"write listen://127.0.0.1:{port}"
+        )
     if not loopback:
-        _check_exposed(url, port, access)
+        log.warning(
+            "listening at %s for hosts with the key; sensor data is not encrypted: others on this "
+            "network can read it, but not change it",
+            url,
+        )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family, backlog=PEERS)
@@ -100,24 +109,3 @@ def _bind(url: str, access: Access) -> socket.socket:
             errno.EACCES: "ports below 1024 are the system's; name a higher one, or 0 for any",
         }.get(error.errno or 0, f"{error.strerror}; try listen://127.0.0.1:0")
         raise LinkAwayError(f"cannot listen at {url}: {advice}") from error
-
-
-def _check_exposed(url: str, port: int, access: Access) -> None:
-    """Warn about listening for other machines; raise LinkError without key and permission."""
-    if access.key:
-        log.warning(
-            "listening at %s for hosts with the key; sensor data is not encrypted: others on this "
-            "network can read it, but not change it",
-            url,
-        )
-    elif access.exposed:
-        log.warning(
-            "listening at %s without a key: any machine that reaches this address can read sensor "
-            "data, block your own host and, if the orb is virtual, touch it",
-            url,
-        )
-    else:
-        raise LinkError(
-            f"will not listen at {url}, where other machines could connect; add --key FILE, or "
-            f"--unprotected to accept all of them, or write listen://127.0.0.1:{port}"
-        )

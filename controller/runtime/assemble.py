@@ -59,7 +59,6 @@ class RunOptions:
     mapping: Path | None = None
     link: str = PRINT
     key: Path | None = None
-    unprotected: bool = False
     record: Path | None = None
     user: str = ""
     session: str = "1"
@@ -108,7 +107,6 @@ def prepare(options: RunOptions) -> Parts:
         welcome_of(bundle, mapping, sensor),
         token=token,
         key=b"" if options.key is None else psk.read_or_make(options.key),
-        exposed=options.unprotected,
     )
     # Not `platform.platform`, which searches for the C library, too.
     system = f"{platform.system()} {platform.release()} {platform.machine()}"

@@ -435,21 +435,13 @@ def test_a_host_needs_the_right_key(to: Open, caplog: pytest.LogCaptureFixture) 
     assert caplog.text.count(f"a host was refused: {WRONG_KEY}") == 1  # not for every knock
 
 
-@pytest.mark.parametrize(
-    ("access", "warning"),
-    [
-        ({"key": KEY}, "for hosts with the key; sensor data is not encrypted"),
-        ({"exposed": True}, "without a key: any machine that reaches this address can read"),
-    ],
-)
-def test_other_machines_need_a_key_or_an_explicit_option(
-    access: dict[str, Any], warning: str, caplog: pytest.LogCaptureFixture,
-    to: Open,
-) -> None:  # fmt: skip
-    link = listening("listen://0.0.0.0:0", **access)
+def test_other_machines_need_a_key(caplog: pytest.LogCaptureFixture, to: Open) -> None:
+    with pytest.raises(LinkError, match="add --key FILE"):
+        listening("listen://0.0.0.0:0")
+    link = listening("listen://0.0.0.0:0", key=KEY)
     assert link.url.startswith("socket://127.0.0.1:")
-    assert warning in caplog.text
-    assert to(link, access.get("key", b"")).greet() == welcome()
+    assert "for hosts with the key; sensor data is not encrypted" in caplog.text
+    assert to(link, KEY).greet() == welcome()
     link.close()
 
 

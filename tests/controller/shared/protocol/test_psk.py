@@ -82,10 +82,8 @@ HEADLESS = ["--headless", "--seconds", "1"]
     [
         (host, [*ELSEWHERE, *HEADLESS], "cannot read the key none.key"),
         (host, ["--key", "none.key", *HEADLESS], "--key is for an orb elsewhere"),
-        (controller, ["--key", "none.key"], "--key and --unprotected are for hosts"),
-        (controller, ["--unprotected"], "--key and --unprotected are for hosts"),
-        (controller, [*LISTEN, "--unprotected"], "leave out --key or --unprotected"),
-        (controller, ["--link", "listen://0.0.0.0:0"], "add --key FILE, or --unprotected"),
+        (controller, ["--key", "none.key"], "--key is for hosts"),
+        (controller, ["--link", "listen://0.0.0.0:0"], "add --key FILE, or write listen://127"),
     ],
 )
 def test_both_ends_say_what_is_wrong_with_a_key(
