@@ -225,7 +225,7 @@ class GamePage(OrbScreen):
         happened = list(events)
         self._game_view.show(happened)
         for sound in sounds_of(happened):
-            self._stage.sounds.play(*sound)
+            self._stage.sounds.play(sound, "effects")
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the column and the game."""

@@ -46,9 +46,8 @@ class Settings:
     figure_4: str = "time_s"  # beside the board, after the three of the mode, like the next
     figure_5: str = "pieces_per_s"
     language: str = ""  # its file's name, or "" for the system's
-    effects: int = 70  # volume, per cent, like the next two
+    effects: int = 70  # volume, per cent, like the next
     clicks: int = 40  # of menus
-    tones: int = 0  # of a tone per piece as it enters
     introduced: bool = False  # whether the introduction to the orb was offered
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
@@ -83,7 +82,6 @@ LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
         "scale": (80, 160, 10),
         "effects": (0, 100, 10),
         "clicks": (0, 100, 10),
-        "tones": (0, 100, 10),
     }
 )
 """Of each number the least, the most, and the step with which a menu changes it."""
@@ -108,7 +106,7 @@ SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         *("theme", "patterns", "motion", "ghost", "grid", "scale", "figure_4", "figure_5"),
         *("fullscreen", "language"),
     ),
-    "sound": ("effects", "clicks", "tones"),
+    "sound": ("effects", "clicks"),
 }
 """Names of settings by the part of the file that they stand in."""
 

@@ -104,7 +104,7 @@ class Sounds:
     def __init__(self) -> None:
         self._ready: Mapping[str, pygame.mixer.Sound] = {}
         self._peaks: Mapping[pygame.mixer.Sound, float] = {}  # greatest samples, 0 to 1
-        self._volumes = {"effects": 0.0, "clicks": 0.0, "tones": 0.0}
+        self._volumes = {"effects": 0.0, "clicks": 0.0}
         self._opening: Thread | None = None
 
     def start(self) -> None:

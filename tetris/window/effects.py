@@ -237,27 +237,26 @@ def praise(event: happened.Locked, look: Look) -> list[Line]:
 # -- sounds ------------------------------------------------------------------------------------
 
 
-def sounds_of(events: Iterable[Event]) -> Iterable[tuple[str, str]]:
-    """Return the sounds of the events of a frame and their kinds of volume, each sound once."""
-    heard: dict[tuple[str, str], None] = {}
+def sounds_of(events: Iterable[Event]) -> Iterable[str]:
+    """Return the names of the sounds of a frame's events, each once."""
+    heard: dict[str, None] = {}
     for event in events:
-        heard[_sound_of(event)] = None
+        if name := _sound_of(event):
+            heard[name] = None
         if isinstance(event, happened.Locked) and event.clear.combo > 0:
-            heard[f"combo_{min(_MOST_COMBO, event.clear.combo)}", "effects"] = None
+            heard[f"combo_{min(_MOST_COMBO, event.clear.combo)}"] = None
     return heard
 
 
-def _sound_of(event: Event) -> tuple[str, str]:
-    name = _SOUNDS.get(type(event), "")  # "" for silent ones
+def _sound_of(event: Event) -> str:
+    """Return the name of an event's sound; "" for silent ones."""
     match event:
-        case happened.Spawned(piece=piece):
-            return f"tone_{piece.kind}", "tones"
         case happened.Moved(action=Action.LEFT | Action.RIGHT):
-            name = "shift"
+            return "shift"
         case happened.Locked(clear=clear) if clear.perfect:
-            name = "perfect"
+            return "perfect"
         case happened.Locked(clear=clear) if clear.spin is not Spin.NONE:
-            name = "spin" if clear.spin is Spin.FULL else "mini"
+            return "spin" if clear.spin is Spin.FULL else "mini"
         case happened.Locked(clear=clear):
-            name = _LINE_SOUNDS[clear.lines]
-    return name, "effects"
+            return _LINE_SOUNDS[clear.lines]
+    return _SOUNDS.get(type(event), "")

@@ -201,7 +201,7 @@ class PlayScreen(Screen):
             self._play([each for each in due if each.action not in _OURS])
         self._warn()
         for sound in sounds_of(self._heard):  # all of a frame together
-            self._stage.sounds.play(*sound)
+            self._stage.sounds.play(sound, "effects")
         self._heard = []
 
     @property

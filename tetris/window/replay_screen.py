@@ -50,7 +50,7 @@ class ReplayScreen(MenuScreen):
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
             self._game_view.show(events)
             for sound in sounds_of(events):
-                self._stage.sounds.play(*sound)
+                self._stage.sounds.play(sound, "effects")
             self._playing = not player.at_end
         self.rebuild()
 
