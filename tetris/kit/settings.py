@@ -7,9 +7,8 @@ all is put aside, never overwritten.
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 import tomli_w
@@ -22,33 +21,52 @@ from tetris.kit.theme import PALETTES
 
 FILE_NAME: Final = "tetris.toml"
 
+Limits = tuple[int, int, int]
+Choices = tuple[str, ...]
+
+
+FIGURES: Final = ("time_s", "pieces_per_s", "pieces", "commands_per_piece", "score", "none")
+_VOLUME: Final = (0, 100, 10)
+
+
+def _of(section: str, usual: Any, *, limits: Limits | None = None, choices: Choices = ()) -> Any:
+    """Return a setting in a section of the file; of a number the least, the most and the step."""
+    how = {"section": section, "limits": limits, "choices": choices}
+    return field(default=usual, metadata=how)
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Settings of the player."""
+    """Settings of the player, in the order of the menu."""
 
-    mode: str = "marathon"  # played last, like the next
-    orb_mode: str = "orb_marathon"  # the same, where an orb plays
-    control: str = "aim"  # how an orb plays: `CHOICES`
-    level: int = 1
-    das_ms: int = 167  # before a held direction repeats: docs/tetris.md "auto_repeat"
-    arr_ms: int = 33  # between repeats; 0 goes to the wall at once
-    soft_drop: int = 20  # how many times faster than gravity
-    initial: str = "tap"  # which turns and holds act on a piece as it enters: `CHOICES`
-    guard_ms: int = 0  # after a lock, in which a hard drop is ignored
-    theme: str = "dark"
-    patterns: bool = False  # each piece has a mark of its own
-    motion: bool = True  # things move that need not
-    ghost: bool = True
-    grid: bool = True
-    fullscreen: bool = False
-    scale: int = 100  # of letters and menus, per cent
-    figure_4: str = "time_s"  # beside the board, after the three of the mode, like the next
-    figure_5: str = "pieces_per_s"
-    language: str = ""  # its file's name, or "" for the system's
-    effects: int = 70  # volume, per cent, like the next
-    clicks: int = 40  # of menus
-    introduced: bool = False  # whether the introduction to the orb was offered
+    mode: str = _of("play", "marathon")  # played last, like the next
+    orb_mode: str = _of("play", "orb_marathon")  # the same, where an orb plays
+    # how an orb plays: by the touched column, or by commands
+    control: str = _of("play", "aim", choices=("aim", "buttons"))
+    level: int = _of("play", 1, limits=(1, 20, 1))
+    introduced: bool = _of("play", False)  # whether the introduction to the orb was offered
+    # before a held direction repeats: docs/tetris.md "auto_repeat"
+    das_ms: int = _of("handling", 167, limits=(0, 500, 5))
+    arr_ms: int = _of("handling", 33, limits=(0, 200, 1))  # between repeats; 0: to the wall at once
+    soft_drop: int = _of("handling", 20, limits=(1, 60, 1))  # times as fast as gravity
+    # which turns and holds act on a piece as it enters: pressed while none is in play, or all held
+    initial: str = _of("handling", "tap", choices=("off", "tap", "hold"))
+    # after a lock, in which a hard drop is ignored
+    guard_ms: int = _of("handling", 0, limits=(0, 500, 10))
+    theme: str = _of("screen", "dark", choices=tuple(PALETTES))
+    patterns: bool = _of("screen", False)  # each piece has a mark of its own
+    motion: bool = _of("screen", True)  # things move that need not
+    ghost: bool = _of("screen", True)
+    grid: bool = _of("screen", True)
+    scale: int = _of("screen", 100, limits=(80, 160, 10))  # of letters and menus, per cent
+    # beside the board, after the three of the mode, like the next
+    figure_4: str = _of("screen", "time_s", choices=FIGURES)
+    figure_5: str = _of("screen", "pieces_per_s", choices=FIGURES)
+    fullscreen: bool = _of("screen", False)
+    # its file's name, or "" for the system's
+    language: str = _of("screen", "", choices=("", *language.names()))
+    effects: int = _of("sound", 70, limits=_VOLUME)  # volume, per cent, like the next
+    clicks: int = _of("sound", 40, limits=_VOLUME)  # of menus
     keys: Names = field(default_factory=lambda: bindings.KEYS)
     pads: Names = field(default_factory=lambda: bindings.PADS)
 
@@ -72,41 +90,17 @@ class Look:
         return self.settings.scale / 100
 
 
-LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
-    {
-        "level": (1, 20, 1),
-        "das_ms": (0, 500, 5),
-        "arr_ms": (0, 200, 1),
-        "soft_drop": (1, 60, 1),
-        "guard_ms": (0, 500, 10),
-        "scale": (80, 160, 10),
-        "effects": (0, 100, 10),
-        "clicks": (0, 100, 10),
-    }
-)
+_KNOWN: Final = {one.name: one.metadata for one in fields(Settings) if one.metadata}
+LIMITS: Final[dict[str, Limits]] = {
+    name: how["limits"] for name, how in _KNOWN.items() if how["limits"]
+}
 """Of each number the least, the most, and the step with which a menu changes it."""
-
-FIGURES: Final = ("time_s", "pieces_per_s", "pieces", "commands_per_piece", "score", "none")
-
-CHOICES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "control": ("aim", "buttons"),  # by the touched column; by commands
-        "initial": ("off", "tap", "hold"),  # those pressed while no piece is in play; all held
-        "theme": tuple(PALETTES),
-        "figure_4": FIGURES,
-        "figure_5": FIGURES,
-        "language": ("", *language.names()),
-    }
-)
-
+CHOICES: Final[dict[str, Choices]] = {
+    name: how["choices"] for name, how in _KNOWN.items() if how["choices"]
+}
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
-    "play": ("mode", "orb_mode", "control", "level", "introduced"),
-    "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms"),
-    "screen": (
-        *("theme", "patterns", "motion", "ghost", "grid", "scale", "figure_4", "figure_5"),
-        *("fullscreen", "language"),
-    ),
-    "sound": ("effects", "clicks"),
+    section: tuple(name for name, how in _KNOWN.items() if how["section"] == section)
+    for section in ("play", "handling", "screen", "sound")
 }
 """Names of settings by the part of the file that they stand in."""
 
