@@ -25,12 +25,14 @@ _SHAPES: Final = ("Shape", "Size", "Slice", "Concat", "Expand", "Range", "Where"
 _CONSTANTS: Final = ("Constant", "ConstantOfShape", "Identity", "Dropout", "BatchNormalization")
 # Attributes that may be left out at these values: the reader of bundles does not know them.
 _USUAL: Final[dict[str, Any]] = {
-    **dict.fromkeys(("allowzero", "ceil_mode", "layout", "storage_order", "transA"), 0),
+    **dict.fromkeys(("ceil_mode", "layout", "storage_order", "transA"), 0),
     **dict.fromkeys(("alpha", "beta", "group"), 1),
     "auto_pad": b"NOTSET",
     "direction": b"forward",
     "noop_with_empty_axes": 0,
 }
+# And at any value: they follow from the arrays, none of which is empty.
+_IMPLIED: Final = {"Conv": ("kernel_shape",), "Reshape": ("allowzero",)}
 _LOGITS: Final = ("Add", "Gemm", "MatMul")  # what a network without Softmax may end in
 
 
@@ -49,7 +51,7 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
         import onnx
     except ImportError:
         raise UserError("ONNX files need onnx; install it with: pip install onnx") from None
-    lent, wanted, order = bundles.parse(base), [*classes], _order(classes)
+    lent, wanted, order = bundles.parse(base), [*classes], null_first(classes)
     try:
         model = onnx.load_from_string(source) if isinstance(source, bytes) else onnx.load(source)
     except Exception as error:  # of the library, which has no common class
@@ -58,7 +60,8 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
         known = node.op_type in (*OPERATORS, *_SHAPES, *_CONSTANTS)
         if not known or node.domain not in ("", "ai.onnx"):
             raise UserError(
-                f"the network has the operator {node.op_type}; a device runs {', '.join(OPERATORS)}"
+                f"the network has the operator {node.op_type}, which no device runs; train it with "
+                f"others ({', '.join(OPERATORS)}), or play it on this machine: orbtouch.live"
             )
     shape = _take_one(model)
     if len(shape) != 3 or shape[1:] != (lent.rows, lent.columns):
@@ -66,11 +69,12 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
             f"the network takes {shape}; expected is (window, {lent.rows}, {lent.columns})"
         )
     try:
-        plain, logits = _plain(onnx.load_from_string(onnxruntime_engine.folded(_bytes(model))))
+        data = model.SerializeToString()
+        plain, logits = _plain(onnx.load_from_string(onnxruntime_engine.folded(data)))
         onnxruntime_engine.checked(plain, shape, len(wanted))
         steps = np.linspace(0, lent.window - 1, shape[0]).round().astype(int)
         windows = np.ascontiguousarray(lent.golden.windows[:, steps])
-        answers = onnxruntime_engine.network(_bytes(model))(windows)
+        answers = onnxruntime_engine.network(data)(windows)
     except EngineError as error:
         raise UserError(f"the network {error}") from None
     answers = (softmax(answers) if logits else answers)[:, order]
@@ -86,7 +90,7 @@ def renamed(base: bytes, classes: Sequence[str]) -> tuple[bytes, list[int]]:
 
     All else is that of a bundle `base`. UserError: the classes cannot be used.
     """
-    order, lent = _order(classes), bundles.parse(base)
+    order, lent = null_first(classes), bundles.parse(base)
     count, width, old = len(order), lent.head.hidden.shape[1], lent.golden
     zero = np.zeros((count, width), np.float32)
     head = Head(zero[:1], zero[0, :1], zero[:, :1], zero[:, 0])
@@ -96,9 +100,9 @@ def renamed(base: bytes, classes: Sequence[str]) -> tuple[bytes, list[int]]:
     return _assembled(base, names, head, golden, lent.embedding_onnx), order
 
 
-def _order(classes: Sequence[str]) -> list[int]:
+def null_first(classes: Sequence[str]) -> list[int]:
     """Return the places of classes with "null" first; UserError if they cannot be used."""
-    if "null" not in classes or len(set(classes)) != len(classes):
+    if isinstance(classes, str) or "null" not in classes or len(set(classes)) != len(classes):
         raise UserError('classes are different names, "null" among them, for no gesture')
     return sorted(range(len(classes)), key=lambda place: classes[place] != "null")
 
@@ -111,12 +115,20 @@ def _assembled(base: bytes, names: list[str], head: Head, golden: Golden, model:
         parts.pop(name, None)
     made = {container.EMBEDDING: model, container.HEAD: pack(head.arrays())}
     made = {**parts, **made, container.GOLDEN: golden.pack()}
-    manifest = _manifest(table, names, golden.windows.shape[1], model)
-    return bundles.assembled(tomli_w.dumps(manifest).encode(), made)
-
-
-def _bytes(model: Any) -> bytes:
-    return bytes(model.SerializeToString())
+    window = golden.windows.shape[1]
+    table |= {"labels": names, "window": window}
+    table.pop("users", None)
+    table["preprocess"]["window"] = window
+    table["mapping"] = {name: rule for name, rule in table["mapping"].items() if name in names}
+    for part in ("debounce", "contact"):  # settings of gestures that are gone
+        table[part] = {
+            key: [one for one in value if one in names] if isinstance(value, list) else value
+            for key, value in table.get(part, {}).items()
+        }
+    digest = hashlib.sha256(model).hexdigest()[:16]
+    source = {"software": __version__, "command": "Network.from_onnx"}
+    table["card"] = {**source, "data": f"ONNX file, SHA-256 {digest}"}
+    return bundles.assembled(tomli_w.dumps(table).encode(), made)
 
 
 def _take_one(model: Any) -> tuple[int, ...]:
@@ -151,21 +163,24 @@ def _plain(model: Any) -> tuple[bytes, bool]:
         raise UserError(f"the network ends in {nodes[-1].op_type}; expected are Softmax or logits")
     last = graph.output[0].name if bare else nodes.pop().input[0]
     used = {name for node in nodes for name in node.input} | {last}
-    made = []
+    zeros = {"", *(name for name, array in arrays.items() if not array.any())}
+    kept_nodes = []
     for node in nodes:
         given = {one.name: helper.get_attribute_value(one) for one in node.attribute}
         kept = {name: value for name, value in given.items() if _USUAL.get(name) != value}
         if set(kept.get("dilations", (1,))) == {1}:
             kept.pop("dilations", None)
-        if node.op_type == "Conv":
-            kept.pop("kernel_shape", None)
+        for name in _IMPLIED.get(node.op_type, ()):
+            kept.pop(name, None)
+        if words := [f"{name}={v.decode()}" for name, v in kept.items() if isinstance(v, bytes)]:
+            raise UserError(f"the network has {node.op_type} of {words[0]}; leave that out")
         inputs, outputs = list(node.input), [one if one in used else "" for one in node.output]
-        if node.op_type == "GRU" and not any(inputs[4:5]) and _zero(arrays, inputs[5:]):
+        if node.op_type == "GRU" and not any(inputs[4:5]) and zeros.issuperset(inputs[5:]):
             inputs = inputs[:4]
         while outputs and not outputs[-1]:
             outputs.pop()
-        made.append(helper.make_node(node.op_type, inputs, outputs, **kept))
-    named = {name for node in made for name in node.input}
+        kept_nodes.append(helper.make_node(node.op_type, inputs, outputs, **kept))
+    named = {name for node in kept_nodes for name in node.input}
     stored = [
         numpy_helper.from_array(np.asarray(array, order="C"), name)
         for name, array in arrays.items()
@@ -175,14 +190,11 @@ def _plain(model: Any) -> tuple[bytes, bool]:
     axes = [axis.dim_value for axis in asked.type.tensor_type.shape.dim]
     entry = helper.make_tensor_value_info(asked.name, 1, axes)
     answer = helper.make_tensor_value_info(last, 1, None)
-    whole = helper.make_graph(made, "gestures", [entry], [answer], stored)
+    whole = helper.make_graph(kept_nodes, "gestures", [entry], [answer], stored)
     (version,) = (one.version for one in model.opset_import if one.domain in ("", "ai.onnx"))
     opset = [helper.make_opsetid("", version)]
-    return _bytes(helper.make_model(whole, opset_imports=opset, ir_version=model.ir_version)), bare
-
-
-def _zero(arrays: dict[str, np.ndarray[Any, Any]], names: list[str]) -> bool:
-    return all(name in arrays and not arrays[name].any() for name in names)
+    made = helper.make_model(whole, opset_imports=opset, ir_version=model.ir_version)
+    return bytes(made.SerializeToString()), bare
 
 
 def _head(order: Sequence[int]) -> Head:
@@ -195,19 +207,3 @@ def _head(order: Sequence[int]) -> Head:
         out=np.concatenate([one[[*order]], -one[[*order]]], axis=1),
         out_bias=np.zeros(size, np.float32),
     )
-
-
-def _manifest(table: dict[str, Any], names: list[str], window: int, model: bytes) -> dict[str, Any]:
-    """Return the manifest of a base for other classes: settings of gestures it lacks are gone."""
-    table = {**table, "labels": names, "window": window}
-    table.pop("users", None)
-    table["preprocess"] = {**table["preprocess"], "window": window}
-    table["mapping"] = {name: rule for name, rule in table["mapping"].items() if name in names}
-    for part in ("debounce", "contact"):
-        table[part] = {
-            key: [one for one in value if one in names] if isinstance(value, list) else value
-            for key, value in table.get(part, {}).items()
-        }
-    made = f"ONNX file, SHA-256 {hashlib.sha256(model).hexdigest()[:16]}"
-    table["card"] = {"software": __version__, "command": "Network.from_onnx", "data": made}
-    return table
