@@ -1,9 +1,9 @@
 """Recordings made of arrays, tables and files that are not recordings yet."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 Sign = Literal["falls", "rises", ""]
 _TAXEL: Final = re.compile(r"r(\d+)c(\d+)")  # a column of a table
+_MISSING: Final = dict.fromkeys(("None", "nan", "<NA>"), "")  # as text: labels that are unknown
+_HZ: Final = 1.0, 10_000.0  # possible rates
+_NEAR: Final = 1.5  # greatest ratio of the rate that is given and that of the times
 
 
 def source(
-    frames: ArrayLike,
+    frames: ArrayLike | Iterable[ArrayLike],
     t: ArrayLike | None,
     rate_hz: float | None,
     labels: ArrayLike | None,
@@ -32,28 +35,39 @@ def source(
     **facts: Any,
 ) -> Source:
     """Return arrays as a recording; see `Recording.from_arrays`."""
+    checks.one_of(facts["sign"], "sign", get_args(Sign))
     arrays = {"frames": _array(frames, "frames", "iuf", (-1, -1, -1))}
     count = len(arrays["frames"])
-    finite = np.isfinite(arrays["frames"]).all(axis=(1, 2))
+    with np.errstate(over="ignore"):
+        finite = np.isfinite(arrays["frames"].astype(np.float32)).all(axis=(1, 2))
     if not finite.all():
         raise UserError(
-            f"frame {finite.argmin()} has a reading that is no number (NaN or infinite); fill it, "
-            "or leave the frame out"
+            f"frame {finite.argmin()} has a reading that is no number (NaN, or above 3e38); fill "
+            "it, or leave the frame out"
         )
-    if t is None and rate_hz is None:
+    if rate_hz is None and (t is None or count == 1):
         raise UserError("the rate is unknown; give t, the seconds of each frame, or rate_hz")
     if rate_hz is not None:
-        checks.number(rate_hz, "rate_hz", 1.0, 10_000.0)
+        checks.number(rate_hz, "rate_hz", *_HZ)
         facts["rate_hz"] = float(rate_hz)
     if t is not None:
         arrays["t"], facts["time"] = _array(t, "t", "iuf", (count,)), "t"
-        rises = np.diff(arrays["t"].astype(np.float64)) > 0.0  # NaN does not, either
+        steps = np.diff(arrays["t"].astype(np.float64))
+        rises = steps > 0.0  # NaN does not, either
         if not rises.all():
             i = int(rises.argmin())
             raise UserError(
                 f"t does not rise from frame {i} to {i + 1} ({arrays['t'][i]:g} s, "
                 f"{arrays['t'][i + 1]:g} s); sort the frames, and leave repeated ones out"
             )
+        own_hz = 1.0 / float(np.median(steps)) if count > 1 else rate_hz or 0.0
+        if not _HZ[0] <= own_hz <= _HZ[1]:
+            raise UserError(
+                f"t has {own_hz:g} frames a second, of {_HZ[0]:g} to {_HZ[1]:g}; it is in seconds, "
+                "so divide milliseconds by 1000"
+            )
+        if rate_hz is not None and not 1.0 / _NEAR <= own_hz / rate_hz <= _NEAR:
+            raise UserError(f"t has {own_hz:g} frames a second, rate_hz is {rate_hz:g}; give one")
     if labels is not None:
         given = _array(labels, "labels", "U", (count,))
         names, numbers = np.unique(given[given != ""], return_inverse=True)
@@ -66,14 +80,18 @@ def source(
     return imported(arrays, {"frames": "frames", **facts})[0]
 
 
-def _array(given: ArrayLike, name: str, kinds: str, shape: tuple[int, ...]) -> NDArray[Any]:
+def _array(given: Any, name: str, kinds: str, shape: tuple[int, ...]) -> NDArray[Any]:
     """Return an array of a shape (-1: any length) and kinds of type; Error if it is none."""
+    if np.ma.is_masked(given):
+        raise UserError(f"{name} are masked in places; fill them, or leave these frames out")
     try:
-        array = np.asarray(given)
+        array = np.asarray(list(given) if isinstance(given, Iterator) else given)
     except ValueError:
         raise UserError(f"{name} are no array: their rows are not equally long") from None
     if array.dtype.kind == "O" and kinds == "U":  # of a table
-        array = np.array([one if isinstance(one, str) else "" for one in array.flat])
+        texts = [one if isinstance(one, str) else _MISSING.get(str(one), one) for one in array.flat]
+        if all(isinstance(one, str) for one in texts):
+            array = np.array(texts).reshape(array.shape)
     fits = array.ndim == len(shape) and array.size > 0 and array.dtype.kind in kinds
     if not fits or any(own != size >= 0 for own, size in zip(array.shape, shape, strict=True)):
         what = "names" if kinds == "U" else "numbers"
@@ -106,6 +124,7 @@ def imported(given: importer.Arrays | Path, facts: Mapping[str, Any]) -> list[So
     try:
         told = config.settings(Description, facts)
     except config.ConfigError as error:
-        raise UserError(f"the description {error}") from None
+        what = "description" if isinstance(given, Path) else "recording"
+        raise UserError(f"the {what} {error}") from None
     arrays = importer.read(given, told) if isinstance(given, Path) else given
     return list(importer.recordings(arrays, told))

@@ -1,13 +1,16 @@
 """Checks of what a program hands over: wrong types and values are one sentence before work."""
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from controller.shared.errors import UserError
+from controller.recognition.images.frames import MOST_WINDOW
+from controller.shared.errors import UserError, reason
 
 # Advice of the command line, and its like in Python
 _WORDS: Final = {
@@ -22,8 +25,9 @@ def sentences() -> Iterator[None]:
     """Raise errors of the implementation as `Error`, in words of the interface."""
     try:
         yield
-    except (UserError, ValueError) as error:
-        text = str(error)
+    except (UserError, ValueError, OSError) as error:
+        text = f"{error.filename}: {reason(error)}" if isinstance(error, OSError) else str(error)
+        text = f"the bundle {text}" if text.startswith(("has ", "is ")) else text
         for words, own in _WORDS.items():
             text = text.replace(words, own)
         raise UserError(text) from error.__cause__
@@ -42,6 +46,18 @@ def whole(value: object, what: str, least: int, most: int) -> None:
     number(value, what, least, most)
     if not isinstance(value, int | np.integer):
         raise UserError(f"{what} = {value!r}; expected is a whole number")
+
+
+def window(value: object) -> None:
+    """Raise Error unless a value is a number of images in a window, or 0."""
+    whole(value, "window", 0 if value == 0 else 2, MOST_WINDOW)
+
+
+def path(value: object) -> Path:
+    """Return a path; Error for anything else."""
+    if not isinstance(value, str | os.PathLike):
+        raise UserError(f"a {type(value).__name__} is no path; save it first, and name its file")
+    return Path(value)
 
 
 def options(given: Iterable[str], known: Sequence[str]) -> None:

@@ -3,13 +3,14 @@
 import copy
 import logging
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from controller.recognition.debounce import DebounceSettings
-from controller.recognition.images.frames import MOST_WINDOW, PreprocessSettings, same_rate
+from controller.recognition.images.frames import PreprocessSettings, same_rate
 from controller.recordings.quality.check import FrameIndex
 from controller.shared.errors import UserError, count
 from models.data import load
@@ -19,7 +20,8 @@ from models.evaluation import tune
 from models.evaluation.event_counts import tally
 from models.evaluation.replay import Stream, debounced_stream, network_inputs
 from orbtouch import checks, windows
-from orbtouch.networks import Network
+from orbtouch.networks import Network, network_of
+from orbtouch.onnx_files import null_first
 from orbtouch.recordings import Given, Recording, several
 from orbtouch.results import Evaluation, evaluation_of
 
@@ -45,7 +47,7 @@ def evaluate(
     window: int = 0,
     by: Literal["user", "session", ""] = "",
     folds: int = 5,
-    debounce: Network | None = None,
+    debounce: Network | Path | str | None = None,
 ) -> Evaluation:
     """Return how a predictor answers labelled recordings, by the device's stages and event metric.
 
@@ -55,13 +57,14 @@ def evaluate(
             and `predict_proba(X)`, of which a copy learns from all recordings but those it is
             judged on, at most 20,000 windows.
         recordings: Of one sensor and rate; paths are loaded.
-        classes: Names that columns and `y` count; (): of the recordings, "null" first.
+        classes: Names of a callable's columns, in their order, "null" among them; (): those of the
+            recordings, "null" first, which `y` counts, too.
         window: Images in a window; 0: those of a second.
         by: What an estimator's folds hold out as a whole: "user" or "session"; "": users if there
             are two or more.
         folds: Number of folds, 2 or more; no more than there are users or sessions.
-        debounce: Network whose debouncer's settings are used; None: those of an estimator are
-            chosen on a third of whom it learns from, a callable has the default ones.
+        debounce: Network, or its file, whose debouncer's settings are used; None: those of an
+            estimator are chosen on a third of whom it learns from, a callable has the default ones.
 
     Raises:
         Error: An argument is unfit, the recordings cannot be split without a leak, or the
@@ -71,25 +74,29 @@ def evaluate(
     if isinstance(predict, Network):
         return predict.evaluate(given)
     learns = hasattr(predict, "fit") and hasattr(predict, "predict_proba")
-    if not learns and not callable(predict):
+    if isinstance(predict, type) or not (learns or callable(predict)):
         raise UserError(
             f"{type(predict).__name__} cannot be judged; give a network, a callable that returns "
             "probabilities, or an estimator with fit and predict_proba"
         )
-    checks.whole(window, "window", 0, MOST_WINDOW)
+    checks.window(window)
     checks.whole(folds, "folds", 2, 1000)
     checks.one_of(by, "by", ("", "user", "session"))
     for one in given[1:]:
         kinds = {(r.frames.shape[1:], r.unit, r._source.origin.sign) for r in (given[0], one)}
         if len(kinds) > 1 or not same_rate(given[0].rate_hz, one.rate_hz, load.RATES):
             raise UserError(f"{given[0]!r} and {one!r} are not of one sensor and rate; part them")
-    names = tuple(classes) or tuple(dict.fromkeys(name for one in given for name in one.classes))
-    given_settings = debounce._bundle.debounce if debounce else None
+    columns = tuple(classes) or tuple(dict.fromkeys(name for one in given for name in one.classes))
+    names = [columns[place] for place in null_first(columns)]
+    if odd := {name for one in given for name in one.labels.tolist()} - {"", *names}:
+        raise UserError(f"a recording has the gesture {min(odd)!r}, which classes lack; add it")
+    settings_given = None if debounce is None else network_of(debounce, "debounce")._bundle.debounce
     tallies = {}
     for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
         learned = [one for one, out in zip(given, held, strict=True) if out != learns]
         settings = windows.settings_of([one._source for one in learned], window)
-        known, answers, chosen = np.arange(len(names)), predict, given_settings
+        known, answers = np.array([names.index(name) for name in columns]), predict
+        chosen = settings_given
         if learns:
             chosen = chosen or _thresholds(predict, learned, settings, names)
             known, answers = _fitted(predict, learned, settings, names)
@@ -167,8 +174,8 @@ def _fitted(
     y = np.concatenate([one.y for one in cut])
     if len(known := np.unique(y)) < 2:
         raise _FewError("a fold has windows of fewer than two classes; give more recordings")
-    own = copy.deepcopy(estimator)
     try:
+        own = copy.deepcopy(estimator)
         own.fit(np.concatenate([one.X for one in cut]), y)
     except Exception as error:
         said = f"{type(error).__name__} at {len(y)} windows: {error}"

@@ -22,7 +22,7 @@ from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from orbtouch import checks
 from orbtouch.evaluation import Predict, checked
-from orbtouch.networks import Command, Network, load_network
+from orbtouch.networks import Command, Network, network_of
 from orbtouch.onnx_files import renamed
 from orbtouch.orbs import Orb, Press, Release
 
@@ -66,16 +66,16 @@ class _Server:
 
     def __init__(
         self,
-        predict: "Network | Predict",
+        predict: Network | Predict,
         classes: Sequence[str],
-        base: Network | None,
+        base: Network | Path | str | None,
         options: dict[str, Any],
     ) -> None:
         checks.options(options, ("sensor", "seed", "preset", "fault", "mapping", "replay"))
         for name in ("mapping", "replay"):
             if name in options:
-                options[name] = Path(options[name])
-        network = predict if isinstance(predict, Network) else base or load_network()
+                options[name] = checks.path(options[name])
+        network = predict if isinstance(predict, Network) else network_of(base, "base")
         data, order = network._data, [*range(len(network.classes))]
         if not isinstance(predict, Network):
             if not callable(predict):
@@ -144,7 +144,7 @@ def live(
     predict: Network | Predict,
     *,
     classes: Sequence[str] = (),
-    base: Network | None = None,
+    base: Network | Path | str | None = None,
     **options: Any,
 ) -> Orb:
     """Return an orb whose gestures are those of a predictor, in this program; close it at the end.
@@ -153,7 +153,8 @@ def live(
         predict: Network, or callable that returns probabilities, (1, classes), for a window,
             (1, window, rows, columns), of images as of the device: 1.0 where untouched.
         classes: Names of the probabilities in their order, "null" among them; (): those of `base`.
-        base: Source of the window, positions, thresholds and commands; None: as shipped.
+        base: Source of the window, positions, thresholds and commands, or its file; None: as
+            shipped.
         options: sensor="lines:port=/dev/ttyACM0", replay="own.npz", mapping="own.toml", seed=7,
             preset="paper-snr" or fault="dead:2,3", as of `controller`; by default a virtual orb.
 
@@ -168,8 +169,8 @@ def play(
     predict: Network | Predict,
     *,
     classes: Sequence[str] = (),
-    base: Network | None = None,
-    words: Sequence[str] = (),
+    base: Network | Path | str | None = None,
+    words: Sequence[str] | str = (),
     **options: Any,
 ) -> int:
     """Play Tetris with a predictor until the window is closed; return the exit status of `host`.
@@ -178,7 +179,7 @@ def play(
         predict: As of `live`.
         classes: As of `live`.
         base: As of `live`.
-        words: Options of `host`, such as ("--target", "keyboard").
+        words: Options of `host`, such as ("--target", "keyboard") or "--target keyboard".
         options: As of `live`.
 
     Raises:
@@ -186,6 +187,7 @@ def play(
     """
     from host.__main__ import main
 
+    words = words.split() if isinstance(words, str) else words
     server = _Server(predict, classes, base, options)
     try:
         status: int = main(["--link", server.url, *words])

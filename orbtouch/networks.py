@@ -92,8 +92,13 @@ class Network:
 
     def __init__(self, data: bytes, lesson: Lesson | None = None) -> None:
         """Read the content of a bundle's file; Error if it is damaged."""
+        if not isinstance(data, bytes):
+            raise UserError(f"a {type(data).__name__} is no bundle; use load_network(path)")
         self._data, self.lesson = data, lesson
-        self._bundle = bundles.parse(data)
+        try:
+            self._bundle = bundles.parse(data)
+        except UserError as error:  # which has no subject
+            raise UserError(f"the bundle {error}") from None
 
     @classmethod
     def from_onnx(
@@ -101,7 +106,7 @@ class Network:
         source: Path | str | bytes,
         *,
         classes: Sequence[str],
-        base: "Network | None" = None,
+        base: "Network | Path | str | None" = None,
     ) -> "Network":
         """Return a network for devices from an ONNX file, and all else from another network.
 
@@ -112,15 +117,15 @@ class Network:
         Args:
             source: The file, NAME.onnx, or its content.
             classes: Names of the outputs, in their order; "null" is the one of no gesture.
-            base: Source of positions, thresholds, commands and the sensor; None: as shipped.
+            base: Source of positions, thresholds, commands and the sensor, or its file; None: as
+                shipped.
 
         Raises:
             Error: onnx is missing, or the network cannot be used; the message names the operator.
         """
         from orbtouch.onnx_files import bundle_of
 
-        lent = load_network() if base is None else base
-        return cls(bundle_of(source, classes, lent._data))
+        return cls(bundle_of(source, classes, network_of(base, "base")._data))
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -214,6 +219,7 @@ class Network:
             Error: A slice holds no touch, or has another name: in its recording, or without labels
                 by this network; or the other gestures would suffer.
         """
+        checks.one_of(rotations or "all", "rotations", ("none", "half", "all"))
         examples = several(examples)
         asked: dict[int, tuple[Recording, NDArray[np.bool_]]] = {}  # by session
         for one in examples:
@@ -265,13 +271,15 @@ class Network:
             )
         return taken
 
+    @checks.sentences()
     def save(self, path: Path | str) -> None:
-        """Write it as a bundle for `load_network` and `controller --bundle`; OSError."""
-        atomic_write(Path(path), self._data)
+        """Write it as a bundle for `load_network` and `controller --bundle`; Error if it fails."""
+        atomic_write(checks.path(path), self._data)
 
+    @checks.sentences()
     def export(self, folder: Path | str) -> list[Path]:
         """Write the bundle's parts, ONNX models and settings, into a folder; return the files."""
-        folder = Path(folder)
+        folder = checks.path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         written = []
         for name, data in container.unpack(self._data).items():
@@ -303,6 +311,15 @@ class Network:
 @checks.sentences()
 def load_network(path: Path | str | None = None) -> Network:
     """Return the networks in a bundle's file, or those that ship; Error if it cannot be read."""
-    data = Path(path) if path is not None else bundles.default_path()
+    data = checks.path(path) if path is not None else bundles.default_path()
     bundles.read(data)  # whose error names the file
     return Network(data.read_bytes())
+
+
+def network_of(given: Network | Path | str | None, what: str) -> Network:
+    """Return a network, that in a file, or the one that ships; Error for anything else."""
+    if given is None or isinstance(given, str | Path):
+        return load_network(given)
+    if not isinstance(given, Network):
+        raise UserError(f"{what} is a {type(given).__name__}; give a network, or its file")
+    return given

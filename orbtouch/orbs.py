@@ -1,12 +1,13 @@
 """Orbs: events as they come, the state to look at, and a panel to draw into a game."""
 
+import math
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -92,7 +93,7 @@ class Frame:
     image: NDArray[np.float32]
 
 
-class Orb:
+class Orb(AbstractContextManager["Orb"]):
     """A connected orb; made by `connect`, and closed by `close` or at the end of a `with` block.
 
     Iterating over it yields commands, and waits for the next, until it is closed. A lost link is
@@ -214,15 +215,7 @@ class Orb:
             yield from self.commands()
             self._receiver.wait(_WAIT_S)
 
-    def __enter__(self) -> "Orb":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *problem: object) -> None:
         self.close()
 
 
@@ -245,7 +238,9 @@ def connect(link: str = VIRTUAL, *, key: Path | str | None = None, **options: Op
     Raises:
         Error: The key cannot be read, or there is no such option.
     """
-    secret = b"" if key is None else psk.read(Path(key))
+    if not isinstance(link, str):
+        raise UserError(f"link = {link!r}; expected is a port or a URL, such as /dev/rfcomm0")
+    secret = b"" if key is None else psk.read(checks.path(key))
     words = _words(options, _VIRTUAL)
     if words and link != VIRTUAL:
         raise UserError(f"options are those of a virtual orb; leave them out with {link}")
@@ -271,12 +266,14 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
         Error: The sensor cannot be read, there is no such option, or the file is there already;
             the message says why.
     """
+    checks.number(duration, "duration", 1.0, math.inf)
+    path = checks.path(path)
     command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
     command += ["--seconds", f"{duration:g}", *_words(options, (*_VIRTUAL, *_SENSOR))]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         message = done.stderr.strip().rpartition("controller: ")[2]
         raise UserError(message or "nothing was recorded")
-    if not Path(path).exists():
+    if not path.exists():
         raise UserError(f"nothing was recorded in {duration:g} s; a second or more is kept")
     return load_recording(path)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from controller.recognition.images.frames import MOST_WINDOW
 from controller.recordings import edit, reader, recording
 from controller.shared import config
 from controller.shared.config import ConfigError
@@ -56,7 +55,7 @@ class Recording:
     @checks.sentences()
     def from_arrays(
         cls,
-        frames: ArrayLike,
+        frames: ArrayLike | Iterable[ArrayLike],
         t: ArrayLike | None = None,
         rate_hz: float | None = None,
         labels: ArrayLike | None = None,
@@ -111,7 +110,7 @@ class Recording:
         Raises:
             Error: There are no labels, no quiet second, or no touch where the scale needs one.
         """
-        checks.whole(window, "window", 0, MOST_WINDOW)
+        checks.window(window)
         checks.whole(every, "every", 1, 1_000_000)
         settings = windows.settings_of([self._source], window)
         made = windows.cut(self._source, self.name, settings, self.classes, self._span, every)
@@ -181,14 +180,12 @@ class Recording:
             TypeError: It is no slice of two times.
             Error: There is no frame in that time.
         """
-        if not isinstance(seconds, slice) or seconds.step is not None:
+        given = (seconds.start, seconds.stop, seconds.step) if isinstance(seconds, slice) else ("",)
+        if given[2:] != (None,) or any(isinstance(one, str) for one in given):
             raise TypeError("a recording is sliced by seconds, such as session[2.0:3.5]")
-        t = self._source.t
-        bounds = (
-            -np.inf if seconds.start is None else seconds.start,
-            np.inf if seconds.stop is None else seconds.stop,
-        )
-        first, end = np.searchsorted(t, bounds).tolist()
+        ends = zip(given[:2], (-np.inf, np.inf), strict=True)
+        bounds = [end if one is None else one for one, end in ends]
+        first, end = np.searchsorted(self._source.t, bounds).tolist()
         first, end = max(first, self._span.start), min(end, self._span.stop)
         if first >= end:
             raise UserError(
@@ -203,9 +200,10 @@ class Recording:
         for first, end in (runs.reshape(-1, 2) + self._span.start).tolist():
             yield Recording(self._source, self.name, slice(first, end))
 
+    @checks.sentences()
     def save(self, path: Path | str) -> None:
-        """Write it, or the slice, as a file that all commands read; OSError."""
-        atomic_write(Path(path), edit.sealed(self._cut()))
+        """Write it, or the slice, as a file that all commands read; Error if that fails."""
+        atomic_write(checks.path(path), edit.sealed(self._cut()))
 
     def relabel(self, label: str | None = None, *, excluded: bool | None = None) -> "Recording":
         """Return the whole session with another label in this slice, `session[2.0:3.5]`.
@@ -300,14 +298,14 @@ def import_recordings(path: Path | str, **description: Any) -> list[Recording]:
     Raises:
         Error: The file is not as described; the message names line or array.
     """
-    found = arrays.imported(Path(path), description)
+    found = arrays.imported(checks.path(path), description)
     return [Recording(one, f"{one.origin.user} {one.origin.session}") for one in found]
 
 
 @checks.sentences()
 def load_recording(path: Path | str) -> Recording:
     """Return the recording in a file; Error if it is none, with the reason."""
-    return Recording(reader.load(path), Path(path).stem)
+    return Recording(reader.load(checks.path(path)), Path(path).stem)
 
 
 def single(given: object) -> Recording:

@@ -4,7 +4,7 @@ import io
 import logging
 import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -22,6 +22,7 @@ from models.results.training import Epoch
 from models.training.request import Request, TaskName
 from orbtouch import checks
 from orbtouch.networks import Network, load_network
+from orbtouch.recordings import Recording
 
 Paths = Path | str | Sequence[Path | str]
 log = logging.getLogger("orbtouch")
@@ -102,9 +103,10 @@ def train(
     if epochs is not None:
         checks.whole(epochs, "epochs", 0, 100_000)
     places, more, strangers = map(_paths, (paths, auxiliary, others))
-    given = (places, Path(out), task, recipe, labels, all, window, seed, split)
-    base, start = (None if one is None else Path(one) for one in (with_, from_))
-    request = Request(*given, base, start, epochs, tuple(gestures), more, strangers, declared)
+    given = (places, checks.path(out), task, recipe, labels, all, window, seed, split)
+    names = [gestures] if isinstance(gestures, str) else gestures
+    base, start = (None if one is None else checks.path(one) for one in (with_, from_))
+    request = Request(*given, base, start, epochs, tuple(names), more, strangers, declared)
     try:
         request.check()
         storage.bundle_target(request.out)
@@ -155,7 +157,6 @@ def _trained(request: Request, resume: str) -> Training:
 
 def _paths(given: Paths) -> tuple[Path, ...]:
     """Return one path or several; Error for anything else."""
-    several = [given] if isinstance(given, str | Path) else list(given)
-    if odd := [type(one).__name__ for one in several if not isinstance(one, str | Path)]:
-        raise UserError(f"a {odd[0]} is no path; train takes files and folders, so save it first")
-    return tuple(map(Path, several))
+    several = isinstance(given, Iterable) and not isinstance(given, str | Recording)
+    each: Iterable[object] = given if several else [given]  # type: ignore[assignment]
+    return tuple(map(checks.path, each))

@@ -133,7 +133,7 @@ def test_a_sensor_is_recorded(tmp_path: Path) -> None:
     assert (made.t[0] >= 0.025, made.t[-1]) == (True, 2.0)
     with pytest.raises(orbtouch.Error, match="own"):
         orbtouch.record(tmp_path / "own.npz", 2.0)
-    with pytest.raises(orbtouch.Error, match=r"--seconds: 0\.5 must be a number, 1 or more$"):
+    with pytest.raises(orbtouch.Error, match=r"^duration = 0\.5; expected is a number 1 or more$"):
         orbtouch.record(tmp_path / "short.npz", 0.5)
     with pytest.raises(orbtouch.Error, match="nothing was recorded in 1 s; a second or more is"):
         orbtouch.record(tmp_path / "short.npz", 1.0)

@@ -41,7 +41,14 @@ def test_arrays_become_a_recording() -> None:
         ({"frames": np.ones((4, 25))}, r"frames: float64 \(4, 25\); expected are numbers"),
         ({"frames": [[[1.0]], [[1.0, 2.0]]]}, "frames are no array"),
         ({"frames": np.full((4, 1, 1), np.nan)}, "frame 0 has a reading that is no number"),
+        ({"frames": np.full((4, 1, 1), 1e300)}, r"no number \(NaN, or above 3e38\)"),
+        ({"frames": np.ma.masked_less(np.ones((4, 1, 1)), 2)}, "frames are masked in places"),
+        ({"frames": np.empty((0, 5, 5))}, r"frames: float64 \(0, 5, 5\); expected are numbers"),
         ({"rate_hz": None}, "the rate is unknown; give t"),
+        ({"t": [0, 25, 50, 75]}, "t has 0.04 frames a second, of 1 to 10000; it is in seconds"),
+        ({"t": [0.0, 0.1, 0.2, 0.3]}, "t has 10 frames a second, rate_hz is 20; give one"),
+        ({"frames": np.ones((1, 2, 2)), "t": [0.0], "rate_hz": None}, "the rate is unknown"),
+        ({"labels": np.array([1, 2, 1, None], object)}, "labels: object"),
         ({"rate_hz": "40"}, "rate_hz = '40'; expected is a number from 1 to 10000"),
         ({"t": [0.0, 0.2, 0.1, 0.3]}, r"t does not rise from frame 1 to 2 \(0.2 s, 0.1 s\)"),
         ({"t": [0.0, 0.1]}, r"t: float64 \(2,\); expected are numbers, one for each of 4 frames"),
@@ -51,13 +58,24 @@ def test_arrays_become_a_recording() -> None:
         ),
         ({"labels": [0, 1, 1, 0]}, r"labels: int64 \(4,\); expected are names"),
         ({"pitch_mm": 0}, "pitch_mm = 0; expected is a number from 0.001"),
-        ({"sign": "up"}, "sign = 'up'"),
+        ({"sign": 1}, "sign = 1; expected is one of 'falls', 'rises', ''"),
+        ({"user": 3}, "the recording has user = 3; expected is a text"),
     ],
 )
 def test_unfit_arrays_are_refused_in_a_sentence(given: dict[str, Any], problem: str) -> None:
     usual: dict[str, Any] = {"frames": np.ones((4, 2, 2)), "rate_hz": 20.0}
     with pytest.raises(orbtouch.Error, match=problem):
         orbtouch.Recording.from_arrays(**(usual | given))
+
+
+def test_arrays_of_other_kinds_are_what_they_hold() -> None:
+    frames = np.arange(12, dtype=np.uint8).reshape(3, 2, 2)
+    lists, each = frames.tolist(), (one for one in frames.astype(np.float16))
+    labels = np.array(["null", "push", None], dtype=object)  # as a column of a table has them
+    for given in (frames, lists, each):
+        made = orbtouch.Recording.from_arrays(given, rate_hz=20, labels=labels)
+        assert made.frames.tolist() == lists
+        assert made.labels.tolist() == ["null", "push", ""]
 
 
 def test_a_recording_goes_through_pandas_and_csv_unchanged(tmp_path: Path) -> None:
@@ -113,5 +131,5 @@ def test_a_window_without_labels_or_of_no_length_is_refused() -> None:
     bare = orbtouch.Recording.from_arrays(np.ones((90, 2, 2)), rate_hz=20)
     with pytest.raises(orbtouch.Error, match="no labels; label it first"):
         bare.windows()
-    with pytest.raises(orbtouch.Error, match=r"window = 0\.5; expected is a whole number"):
+    with pytest.raises(orbtouch.Error, match=r"window = 0\.5; expected is a number from 2 to 250"):
         pushed().windows(0.5)  # type: ignore[arg-type]

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ PLAIN = "plain.npz"
 
 @pytest.fixture(scope="module")
 def session() -> orbtouch.Recording:
-    return orbtouch.simulate(minutes=0.1, rate_hz=10.0)
+    return orbtouch.simulate(minutes=0.5, rate_hz=10.0, gestures=("press",))
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,36 @@ def test_a_path_and_a_single_recording_are_taken(
     assert one.confusion.tolist() == net.evaluate(path).confusion.tolist()
 
 
+N = ("null",)
+
+
+def presses(session: orbtouch.Recording) -> list[orbtouch.Recording]:
+    return list(session.gestures("press"))
+
+
+def uniform(windows: np.ndarray) -> np.ndarray:
+    """No idea."""
+    return np.full((len(windows), 5), 0.2)
+
+
+def test_columns_in_any_order_and_names_of_files_have_one_meaning(
+    session: orbtouch.Recording,
+) -> None:
+    def last(windows: np.ndarray) -> np.ndarray:
+        return np.eye(len(classes))[[-1] * len(windows)]
+
+    classes = (*session.classes[1:], "null")
+    made = orbtouch.evaluate(last, session, classes=classes, debounce="models/orbtouch-10hz.orb")
+    assert made.classes == session.classes
+    assert made.confusion[1:, 0].sum() == made.events  # it always answers null
+
+
+def test_two_threads_run_one_network(net: orbtouch.Network, session: orbtouch.Recording) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        one, other = pool.map(net.run, (session, session))
+    assert one == other == net.run(session)
+
+
 REFUSED: list[tuple[str, Callable[[orbtouch.Network, orbtouch.Recording], object]]] = [
     (r"Recording\.from_arrays", lambda net, s: orbtouch.Recording(s.frames)),  # type: ignore[arg-type]
     ("a ndarray is no recording", lambda net, s: net.run(s.frames)),  # type: ignore[arg-type]
@@ -46,6 +77,23 @@ REFUSED: list[tuple[str, Callable[[orbtouch.Network, orbtouch.Recording], object
     ("epochs = '2'", lambda net, s: orbtouch.train("data", "a.orb", epochs="2")),  # type: ignore[arg-type]
     ("recipe = 'best'", lambda net, s: orbtouch.train("data", "a.orb", recipe="best")),
     ("a Recording is no path", lambda net, s: orbtouch.train([s], "a.orb")),  # type: ignore[list-item]
+    ("a NoneType is no path", lambda net, s: orbtouch.load_recording(None)),  # type: ignore[arg-type]
+    ("a int is no path", lambda net, s: orbtouch.load_network(3)),  # type: ignore[arg-type]
+    ("a str is no bundle; use load_net", lambda net, s: orbtouch.Network("a.orb")),  # type: ignore[arg-type]
+    ("the bundle is damaged", lambda net, s: orbtouch.Network(b"abc")),
+    ("/: it is a folder", lambda net, s: s.save("/")),
+    ("bundle has labels = .*small", lambda net, s: net.teach("Wave", presses(s), anyway=True)),
+    ("rotations = 'turn'", lambda net, s: net.teach("wave", s, rotations="turn")),  # type: ignore[arg-type]
+    ("window = 1; expected is a number from 2", lambda net, s: s.windows(1)),
+    ("debounce is a int", lambda net, s: orbtouch.evaluate(uniform, s, debounce=3)),  # type: ignore[arg-type]
+    ("base is a int", lambda net, s: orbtouch.live(uniform, base=3)),  # type: ignore[arg-type]
+    ("type cannot be judged", lambda net, s: orbtouch.evaluate(Exception, s)),
+    (
+        "gesture 'press', which classes lack",
+        lambda net, s: orbtouch.evaluate(uniform, s, classes=N),
+    ),
+    ("link = 3; expected is a port", lambda net, s: orbtouch.connect(3)),  # type: ignore[arg-type]
+    ("duration = '2'; expected", lambda net, s: orbtouch.record("a.npz", "2")),  # type: ignore[arg-type]
     ("epochs 0 trains nothing; add from", lambda net, s: orbtouch.train("x", "a.orb", epochs=0)),
     (r"nothing\.orb", lambda net, s: orbtouch.train("x", "a.orb", from_="nothing.orb")),
     ("int cannot be judged", lambda net, s: orbtouch.evaluate(3, s)),
