@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import sys
 from dataclasses import fields
 from importlib.util import find_spec
 from typing import Any, Final
@@ -23,11 +22,6 @@ PACKAGES: Final = {
 }
 # PyTorch with one thread, and a GPU that adds up in one order.
 ENVIRONMENT: Final = {"OMP_NUM_THREADS": "1", "CUBLAS_WORKSPACE_CONFIG": ":4096:8"}
-
-
-def say(line: str) -> None:
-    """Print a message: to standard error, because results go to standard output."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def require(what: str, *modules: str, extra: str = "train") -> None:

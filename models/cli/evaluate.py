@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from controller.shared.errors import output_folder
+from controller.shared import errors
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         storage.target(arguments.json)
     if arguments.figures:
         options.require("drawing figures", "matplotlib", extra="plot")
-        output_folder(arguments.figures)
+        errors.output_folder(arguments.figures)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
     sets, notes = found_sets or _simulated(loaded, arguments)
     results = []
     for name, played in sets.items():
-        options.say(f"{name}:")
-        tallies = evaluate(loaded, played(), options.say, arguments.labels, left_out)
+        errors.say(f"{name}:")
+        tallies = evaluate(loaded, played(), errors.say, arguments.labels, left_out)
         results.append(summarise(name, loaded.labels, tallies))
     found = Evaluation(
         bundle=path.name,
@@ -80,14 +80,14 @@ def run(arguments: argparse.Namespace) -> int:
     )
     print(cards.evaluation(found))
     for result in results:
-        options.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
+        errors.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
     if arguments.json:
         storage.write_json(arguments.json, found)
     if arguments.figures:
         from models.reports import figures
 
         for path in figures.draw_evaluation(found, arguments.figures):
-            options.say(f"wrote {path}")
+            errors.say(f"wrote {path}")
     return 0
 
 
@@ -104,7 +104,7 @@ def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
 
     found = examples.recording_sets(arguments.data, left_out)
     for line in left_out:
-        options.say(line)
+        errors.say(line)
     sets: dict[str, Played] = {name: partial(played, files) for name, files in found.items()}
     return sets, ()
 

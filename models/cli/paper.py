@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from controller.shared.errors import output_folder
+from controller.shared import errors
 from models.cli import _options as options
 
 SUMMARY: Final = "repeat the paper's figures and its estimates of information"
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results import storage
     from models.studies.paper import drawings, figure7, study, tables
 
-    out = output_folder(arguments.out)
+    out = errors.output_folder(arguments.out)
     kept = out / study.MEASURED
     sets: dict[str, study.Paths] = dict.fromkeys(PRESETS, ())
     if arguments.data:
@@ -52,10 +52,10 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.bundle or bundle.default_path(),
         figure7.PAPERS_OWN if arguments.full else figure7.Settings(),
         kept,
-        options.say,
+        errors.say,
     )
     storage.write_json(kept, found)
     print(tables.text(found))
     for path in [kept, *drawings.draw(found, out)]:
-        options.say(f"wrote {path}")
+        errors.say(f"wrote {path}")
     return 0

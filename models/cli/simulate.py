@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import Final
 
+from controller.shared import errors
 from controller.shared.arguments import number
 from models.cli import _options as options
 
@@ -78,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     }
     data = DataSet(**options.chosen(arguments, DataSet) | own)
     out, users, sessions = arguments.out, arguments.users, arguments.sessions
-    generate(data, out, users, sessions, arguments.workers, options.say)
+    generate(data, out, users, sessions, arguments.workers, errors.say)
     print(arguments.out)
     return 0
 

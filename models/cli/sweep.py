@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from controller.shared import errors
 from controller.shared.arguments import whole
 from models.cli import _options as options
 
@@ -90,10 +91,10 @@ def finish(sweep: "Sweep") -> int:
     from models.studies.sweep import report, run
 
     try:
-        found = run.run(sweep, options.say)
+        found = run.run(sweep, errors.say)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
         raise
     print(report.table(found))
-    options.say(f"wrote {sweep.folder / run.RESULTS}")
+    errors.say(f"wrote {sweep.folder / run.RESULTS}")
     return int(any("failed" in job for job in found["jobs"]))

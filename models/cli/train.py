@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Final
 
+from controller.shared import errors
 from controller.shared.arguments import whole
 from models.cli import _options as options
 from models.training.request import SIMULATED, Request
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results.training import ContactResult, StateResult, Training
     from models.training.train import train
 
-    result = train(request, options.say)
+    result = train(request, errors.say)
     if isinstance(result, Training):
         print(cards.headline(result))
         verdict = result.gesture.verdict if result.gesture is not None else ()
@@ -72,28 +73,27 @@ def run(arguments: argparse.Namespace) -> int:
         print(cards.users(result))
         follow = f"controller install {request.out}, or controller --bundle {request.out}"
     beside = "" if request.task in SIMULATED else ", and its card and figures beside it"
-    options.say(f"wrote {request.out}{beside}")
-    options.say(f"next: {follow}")
+    errors.say(f"wrote {request.out}{beside}")
+    errors.say(f"next: {follow}")
     return 0
 
 
 def _choose(request: Request) -> int:
     """Choose when a gesture counts, and print how."""
     options.require("choosing thresholds", "tomli_w")
-    from controller.shared.errors import count
     from models.reports import tables
     from models.training.train import choose_thresholds
 
-    found = choose_thresholds(request, options.say)
+    found = choose_thresholds(request, errors.say)
     print(tables.thresholds(found).markdown())
     print(f"{found.tried} points, {len(found.front)} of them on the front; {found.goal}")
     if (unseen := 3.0 / found.events) > SEEN:
         print(
-            f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: record "
+            f"losses below {unseen:.1%} cannot be seen in {errors.count(found.events, 'event')}: record "
             "more before you make it faster"
         )
-    options.say(f"wrote {request.out}")
-    options.say("a choice flatters what it was made on: judge it on other recordings")
+    errors.say(f"wrote {request.out}")
+    errors.say("a choice flatters what it was made on: judge it on other recordings")
     return 0
 
 

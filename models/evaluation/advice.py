@@ -11,6 +11,7 @@ import numpy as np
 
 from models.data.load import Data
 from models.data.splits import Split
+from models.evaluation import bootstrap
 from models.results import verdict
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 
@@ -57,11 +58,7 @@ def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
     events = np.array(result.event_confusion)
     return replace(
         row,
-        recall=_share(windows[number, number], windows[number].sum()),
-        precision=_share(windows[number, number], windows[:, number].sum()),
-        event_recall=_share(events[number, number], events[number].sum()) if number else math.nan,
+        recall=bootstrap.ratio(windows[number, number], windows[number].sum()),
+        precision=bootstrap.ratio(windows[number, number], windows[:, number].sum()),
+        event_recall=bootstrap.ratio(events[number, number], events[number].sum()),
     )
-
-
-def _share(part: int, whole: int) -> float:
-    return float(part / whole) if whole else math.nan

@@ -29,14 +29,14 @@ def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
     """Return events per amount, (sessions,) each, such as false alarms per idle minute."""
     hits, of = np.asarray(count, dtype=np.float64), np.asarray(amount, dtype=np.float64)
     if not hits.any():
-        return Figure(_ratio(0.0, of.sum()), 0.0, _ratio(_SILENT, of.sum()))
+        return Figure(ratio(0.0, of.sum()), 0.0, ratio(_SILENT, of.sum()))
     return _ratio_figure(hits, of, seed)
 
 
 def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
     """Return hits of how many, (sessions,) each, such as the events that were recognised."""
     hits, of = np.asarray(right, dtype=np.float64), np.asarray(total, dtype=np.float64)
-    value, silent = _ratio(hits.sum(), of.sum()), _ratio(_SILENT, of.sum())
+    value, silent = ratio(hits.sum(), of.sum()), ratio(_SILENT, of.sum())
     if (hits == of).all():
         return Figure(value, max(0.0, 1.0 - silent), value)
     if not hits.any():
@@ -86,6 +86,11 @@ def event_gain(log_p: Values, y: Index, event: Index) -> Figure:
     return Figure(float(whole[0]), *middle(gain(weights(len(sums), draws=EVENT_DRAWS))))
 
 
+def ratio(top: float, bottom: float) -> float:
+    """Return a ratio; NaN of nothing."""
+    return float(top / bottom) if bottom else float("nan")
+
+
 def group_sums(values: ArrayLike, group: NDArray[np.integer]) -> tuple[Values, Values]:
     """Return the sum and the number of the values (n,) of each group that occurs, (groups,)."""
     _, number = np.unique(group, return_inverse=True)
@@ -124,13 +129,9 @@ def _ratio_figure(top: Values, bottom: Values, seed: int = 0, draws: int = DRAWS
     drawn = weights(len(top), seed, draws)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = (drawn @ top) / (drawn @ bottom)
-    return _figure(_ratio(top.sum(), bottom.sum()), ratios, len(top))
+    return _figure(ratio(top.sum(), bottom.sum()), ratios, len(top))
 
 
 def _figure(value: float | np.floating, drawn: Values, sessions: int) -> Figure:
     """Return a figure with the interval of its resamplings, (draws,); NaN of a single session."""
     return Figure(float(value), *(middle(drawn) if sessions > 1 else (np.nan, np.nan)))
-
-
-def _ratio(top: float, bottom: float) -> float:
-    return float(top / bottom) if bottom else float("nan")

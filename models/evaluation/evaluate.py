@@ -102,7 +102,7 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
             [sum(t.recognised for t in group) for group in groups],
             [sum(t.events for t in group) for group in groups],
         ),
-        frame_accuracy=bootstrap.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
+        frame_accuracy=bootstrap.mean([np.array([bootstrap.ratio(*t.frames)]) for t in tallies]),
         answered=answered,
         named=_total([t.named for t in tallies]),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
@@ -166,10 +166,10 @@ def _row(name: str, tallies: Sequence[Tally]) -> Row:
         name,
         len(tallies),
         events,
-        _ratio(2 * hits, answers + events),
-        _ratio(sum(t.recognised for t in tallies), events),
-        float(np.mean([_ratio(*t.frames) for t in tallies])),
-        _ratio(sum(t.false_alarms for t in tallies), sum(t.idle_minutes for t in tallies)),
+        bootstrap.ratio(2 * hits, answers + events),
+        bootstrap.ratio(sum(t.recognised for t in tallies), events),
+        float(np.mean([bootstrap.ratio(*t.frames) for t in tallies])),
+        bootstrap.ratio(sum(t.false_alarms for t in tallies), sum(t.idle_minutes for t in tallies)),
         float(np.median(latencies)) if len(latencies) else np.nan,
         float(np.abs(places[:, 2:]).mean()) if len(places) else np.nan,
     )
@@ -184,10 +184,6 @@ def _p95(lists: Sequence[NDArray[np.float64]]) -> float:
 def _total(matrices: Sequence[Counts]) -> tuple[tuple[int, ...], ...]:
     """Return the sum of tables of counts, all of one shape."""
     return tuple(map(tuple, np.sum(matrices, axis=0).tolist()))
-
-
-def _ratio(top: float, bottom: float) -> float:
-    return float(top / bottom) if bottom else np.nan
 
 
 def replay_held_out(
