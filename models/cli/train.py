@@ -89,8 +89,8 @@ def _choose(request: Request) -> int:
     print(f"{found.tried} points, {len(found.front)} of them on the front; {found.goal}")
     if (unseen := 3.0 / found.events) > SEEN:
         print(
-            f"losses below {unseen:.1%} cannot be seen in {errors.count(found.events, 'event')}: record "
-            "more before you make it faster"
+            f"losses below {unseen:.1%} cannot be seen in {errors.count(found.events, 'event')}: "
+            "record more before you make it faster"
         )
     errors.say(f"wrote {request.out}")
     errors.say("a choice flatters what it was made on: judge it on other recordings")
