@@ -23,7 +23,6 @@ _LEAST_LETTER: Final = 16  # pixels
 _PREVIEWS: Final = 5
 _FIGURES: Final = 5
 _FIGURE: Final = 2.55  # height of a number with its label, in letters
-_CHIPS: Final = 1.6  # height of the chains below the figures, in letters
 _STRIP: Final = 16  # width of the cards above and below a board in a tall area, in cells
 PAD: Final = 0.35  # between the edge of a card and its words, in cells
 _STRIP_SLOT: Final = 3.5  # from one next piece to the one beside it
@@ -106,9 +105,9 @@ def _beside(area: pygame.Rect, columns: int, rows: int, scale: float) -> Layout:
 
 
 def _figure_column(card: pygame.Rect, letter: float) -> tuple[pygame.Rect, ...]:
-    """Return places for numbers below each other, as many as leave room for the chains."""
+    """Return places for numbers below each other, as many as have room on a card."""
     high = _FIGURE * letter
-    count = max(0, min(_FIGURES, int((card.height + 1 - _CHIPS * letter) / high)))
+    count = max(0, min(_FIGURES, int((card.height + 1) / high)))
     tops = [round(card.top + number * high) for number in range(count)]
     return tuple(pygame.Rect(card.left, top, card.width, round(high)) for top in tops)
 

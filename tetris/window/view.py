@@ -17,7 +17,7 @@ from tetris.engine.scoring import goal_of
 from tetris.kit import theme
 from tetris.kit.settings import Look
 from tetris.window.effects import Callouts, Effects
-from tetris.window.scenery import PAD, Layout, draw_scenery
+from tetris.window.scenery import Layout, draw_scenery
 from tetris.window.tiles import tiles_of
 
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
@@ -218,10 +218,6 @@ class GameView:
             if ready:
                 self._draw_words(surface, (ready, 1.6, self._look.palette.accent))
 
-        def draw_stats() -> None:
-            self._draw_figures(surface, figures)
-            self._draw_chips(surface, game)
-
         return self._repaint(
             surface,
             kept,
@@ -232,7 +228,7 @@ class GameView:
                 partial(self._draw_hold, surface, game, lit),
             ),
             (layout.next, tuple(game.next), partial(self._draw_next, surface, game)),
-            (layout.stats, (tuple(figures), game.streak), draw_stats),
+            (layout.stats, tuple(figures), partial(self._draw_figures, surface, figures)),
         )
 
     def _repaint(self, surface: pygame.Surface, kept: bool, *parts: _Part) -> list[pygame.Rect]:
@@ -341,20 +337,3 @@ class GameView:
                 high = max(2, round(0.14 * letter))
                 bar = pygame.Rect(left, bottom + round(0.06 * letter), widest, high)
                 theme.draw_bar(surface, palette, bar, figure.share)
-
-    def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
-        """Show at the foot of the figures which chains are alive, where there is room."""
-        if self.layout.tall or not self._card:
-            return
-        card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
-        left, widest = card.left + round(PAD * cell), card.width - 2 * round(PAD * cell)
-        chips = []
-        if game.streak.b2b:
-            chips.append((self._look.words("callout.b2b"), palette.warn))
-        if game.streak.combo > 1:
-            count = game.streak.combo - 1
-            chips.append((self._look.words("callout.combo", count=count), palette.cool))
-        for row, (words, colour) in enumerate(chips):
-            picture = theme.fitted(words, round(self.layout.letter * 0.56), colour, widest)
-            bottom = card.bottom - round(0.3 * cell) - row * round(0.9 * picture.get_height())
-            surface.blit(picture, picture.get_rect(bottomleft=(left, bottom)))
