@@ -14,9 +14,9 @@ from models.cli import sweep
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
     "Cross-validate on recordings of any sensor: in each fold CNN-3D, or CNN-2D, learns from all "
-    "but some people and is judged on those, and so are trees on features. It is a sweep with "
-    "the plan models/studies/sweep/folds.toml; to change more than the number of folds, copy that "
-    "file and use models sweep. Interrupted, the same command goes on where it was."
+    "but some people and is judged on those; of gestures trees on features are, too. It is a sweep "
+    "with the plan models/studies/sweep/folds.toml; to change more than the number of folds, copy "
+    "that file and use models sweep. Interrupted, the same command goes on where it was."
 )
 EXAMPLE: Final = (
     "Try it (some minutes): models simulate --out data --users 4 --sessions 1, then models folds "
@@ -48,6 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     places = [path.absolute() for path in arguments.paths]
     table["data"]["folders"] = list(map(str, places))
     table["train"]["task"] = arguments.task
+    if arguments.task == "location":
+        table["axes"] = {}
     surveys = examples.read_training(places).surveys
     if surveys[0].origin.signal.ratio:
         table["train"]["recipe"] = "default"  # as `models train` does

@@ -71,7 +71,7 @@ class Training(Recipe):
 
     name: str = field(default="default", metadata={"key": "recipe", "choices": tuple(RECIPES)})
     task: Literal["gesture", "location"] = "gesture"
-    # CNN-3D or CNN-2D, or the trees of models/studies/sweep/baseline.py
+    # CNN-3D or CNN-2D, or of gestures the trees of models/studies/sweep/baseline.py
     model: Literal["network", "trees"] = "network"
     labels: Choice = "auto"
     every: bool = field(default=False, metadata={"key": "all"})  # recordings that fail the check
@@ -167,7 +167,10 @@ def training(table: Table) -> Training:
     """Return the settings in [train], the others those of its recipe; or ConfigError."""
     recipe = RECIPES.get(str(table.get("recipe")), RECIPES["default"])
     base = Training(**{one.name: getattr(recipe, one.name) for one in fields(Recipe)})
-    return config.settings(Training, table, "train", base)
+    made = config.settings(Training, table, "train", base)
+    if made.task == "location" and made.model == "trees":
+        raise ConfigError("has model = 'trees', and places have none", "train", "model")
+    return made
 
 
 def _check_axis(plan: Plan, axis: str, values: Any) -> None:

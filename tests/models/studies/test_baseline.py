@@ -72,15 +72,6 @@ def test_the_plain_model_sees_the_course_of_each_taxel() -> None:
     assert not wave[5].any()
 
 
-def test_shares_of_the_sum_are_the_same_at_half_the_strength() -> None:
-    images = moving()[1:]
-    halved = np.float32(0.5) * (images + np.float32(1.0))
-    strong, weak = (baseline.shares(one) for one in (images, halved))
-    np.testing.assert_allclose(weak[:, :-1], strong[:, :-1], rtol=1e-6)
-    np.testing.assert_allclose(weak[:, -1], 0.5 * strong[:, -1], rtol=1e-6)
-    assert strong[:, -3:-1].tolist() == [[float(x), 2.0] for x in range(1, 6)]
-
-
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
     told = described(DESCRIPTION)
     made = list(importer.recordings(look_alike.arrays(people=2), told))

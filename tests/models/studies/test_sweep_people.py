@@ -91,6 +91,9 @@ def test_folds_are_a_sweep_with_the_plan_that_ships(
     assert models(["simulate", "--out", str(people / "orb"), *orb.split()]) == 0
     assert models(["folds", str(people / "orb"), "--out", str(people / "of_orb")]) == 0
     assert made[-1].plan.train["recipe"] == "default"
+    places = ["folds", str(people / "orb"), "--task", "location", "--out", str(people / "places")]
+    assert models(places) == 0
+    assert (made[-1].plan.train["task"], made[-1].plan.axes) == ("location", {})
 
 
 def test_one_person_makes_no_folds(people: Path, tmp_path: Path, capsys: Capture) -> None:
