@@ -290,7 +290,7 @@ def import_recordings(path: Path | str, **description: Any) -> list[Recording]:
     """Return the recordings in a CSV, .npz or .npy of another sensor, one a user and session.
 
     Args:
-        path: File of arrays, or a table with a column for each taxel or a line for each reading.
+        path: File of arrays, or a table with a column for each taxel.
         description: Keys of docs/recording.md#other-sensors, such as frames="c*", rows=5,
             columns=5, pitch_mm=4.1, unit="counts", time="t", label="task",
             label_names="task_names" and null="rest".

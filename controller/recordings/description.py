@@ -17,13 +17,12 @@ class Description:
     """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML."""
 
     # array of frames, (n, rows, columns), or (n, taxels) with `rows` and `columns`; in a table a
-    # pattern of its columns, such as "c*", or with `taxel` the column of the readings
+    # pattern of its columns, such as "c*"
     frames: str
     pitch_mm: float = field(metadata={"range": (1e-3, 1e6)})  # distance between adjacent taxels
     unit: str = PICOFARAD  # of the frames
     # what a touch does to the frames, of `SIGNS`; "": it is found out
     sign: str = field(default="", metadata={"choices": ("", *SIGNS)})
-    taxel: str = ""  # column of each reading's taxel in a table; "": a column for each taxel
     rows: int = 0  # taxel rows; 0: as in the array
     columns: int = 0  # taxel columns; 0: as in the array
     rate_hz: float = 0.0  # frames per second; 0: frames over time

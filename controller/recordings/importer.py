@@ -385,11 +385,7 @@ def _id(
     """Return a hash of the arrays, of which frames, (n, rows, columns), are the first, as id."""
     digest = hashlib.blake2b(digest_size=16)
     known = asdict(description)
-    for key, usual in (
-        ("sign", ""),
-        ("time_unit", "s"),
-        ("taxel", ""),
-    ):  # ids are those of before there were any
+    for key, usual in (("sign", ""), ("time_unit", "s")):  # ids are those of before there were any
         if known[key] == usual:
             del known[key]
     context = [known, user, session, arrays[0].shape]

@@ -1,4 +1,4 @@
-"""Arrays of a table: CSV with a column for each taxel (wide), or a line for each reading (long)."""
+"""Arrays of a table: CSV with a line for each frame, and a column for each taxel."""
 
 import csv
 from collections import Counter
@@ -16,7 +16,7 @@ from controller.shared.errors import reason
 
 MAX_BYTES: Final = 64 << 20  # of a table; in memory it takes ten times as much
 _DELIMITERS: Final = ",;\t"
-_ANY: Final = "*?["  # in `frames` of a wide table
+_ANY: Final = "*?["  # in `frames`
 
 
 def read(path: Path, description: Description) -> dict[str, NDArray[Any]]:
@@ -60,16 +60,11 @@ class _Table:
         """Return the described columns; frames are (n, taxels)."""
         told = description
         others = [told.time, told.label, told.subject, *told.session, told.marks]
-        texts = {name: self._text(name) for name in others if name}
-        if told.taxel:
-            frames, first = self._long(told)
-            texts = {name: cells[first] for name, cells in texts.items()}
-        else:
-            frames = self._wide(told)
-        found: dict[str, NDArray[Any]] = {told.frames: frames}
-        for name, cells in texts.items():
+        found: dict[str, NDArray[Any]] = {told.frames: self._frames(told.frames)}
+        for name in filter(None, others):
+            cells = self._text(name)
             if name == told.time:
-                found[name] = self._numbers(name)[first] if told.taxel else self._numbers(name)
+                found[name] = self._numbers(name)
             elif name == told.label and isinstance(told.label_names, str):
                 words = np.char.replace(cells, " ", "_")
                 found[told.label_names], found[name] = np.unique(words, return_inverse=True)
@@ -79,31 +74,15 @@ class _Table:
                 found[name] = cells
         return found
 
-    def _wide(self, description: Description) -> NDArray[np.float64]:
-        """Return the columns whose names match `frames`, in order, (n, taxels)."""
-        pattern = description.frames
+    def _frames(self, pattern: str) -> NDArray[np.float64]:
+        """Return the columns whose names match a pattern, in order, (n, taxels)."""
         named = [name for name in self._cells if fnmatchcase(name, pattern)]
         if not named or not set(pattern) & set(_ANY):
             raise RecordingError(
                 f"{self._path} has {len(named)} columns like frames = {pattern!r}; expected is a "
-                "pattern of all taxels, such as 'c*', or taxel = the column of their numbers"
+                "pattern of all taxels, such as 'c*'"
             )
         return np.stack([self._numbers(name) for name in named], axis=1)
-
-    def _long(self, description: Description) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Return frames, (n, taxels), and the first line of each; taxels count up in each frame."""
-        taxel, value = self._numbers(description.taxel), self._numbers(description.frames)
-        first = np.flatnonzero(np.diff(taxel, prepend=np.inf) <= 0.0)
-        count = int(first[1]) if len(first) > 1 else len(taxel)
-        expected = np.tile(taxel[:count], len(first))
-        unlike = np.flatnonzero(taxel[: len(expected)] != expected[: len(taxel)])
-        if len(unlike) or len(taxel) != len(expected):
-            line = 2 + int(unlike[0] if len(unlike) else min(len(taxel), len(expected)))
-            raise RecordingError(
-                f"{self._path}, line {line}: another {description.taxel!r} than in the first "
-                f"frame of {count} taxels; sort by time and taxel, and complete or remove the frame"
-            )
-        return value.reshape(len(first), count), first
 
     def _text(self, name: str) -> NDArray[Any]:
         """Return the cells of a column as texts, (n,)."""
