@@ -1,95 +1,31 @@
 """Orbs that are known and found, and the change from one to another.
 
-Scans and pairings run on threads of their own; `tick` takes their results on the window's thread.
+A scan runs on a thread of its own; `tick` takes its results on the window's thread.
 """
 
-import asyncio
 import queue
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.protocol import psk
-from host.connection import discovery, pairing
+from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.connection.discovery import Answer, DevicePort, Port
-from host.connection.pairing import Confirm, Tell
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 
 OWN: Final = KnownDevice("", virtual=True, seen=discovery.NOW)  # the program's own virtual orb
-CANCELLED: Final = "cancelled"
-_TURN_S: Final = 0.05  # in which an answer, or the end, of a pairing is noticed
-
-Pair = Callable[[Tell, Confirm], Awaitable[str]]
-
-
-class PairingRun:
-    """A pairing with a Bluetooth orb on a thread of its own, with its messages and questions.
-
-    Attributes:
-        lines: What it has said, oldest first.
-        question: Name and six digits of an orb that wait for `answer`; None: no question.
-        url: Of the orb, once it is paired; "" before.
-        over: Whether it has ended.
-    """
-
-    def __init__(self, pair: Pair = pairing.pair) -> None:
-        self.lines: list[str] = []
-        self.question: tuple[str, str] | None = None
-        self.url, self.over = "", False
-        self._pair, self._same, self._cancelled = pair, False, False
-
-    def start(self) -> None:
-        """Begin on a thread."""
-        threading.Thread(target=self.run, name="pairing", daemon=True).start()
-
-    def run(self) -> None:
-        """Pair, until it is done, fails or is cancelled."""
-        if problem := pairing.lack():
-            self.lines += problem.splitlines()
-        else:
-            try:
-                self.url = asyncio.run(self._main())
-            except asyncio.CancelledError:
-                self.lines.append(CANCELLED)
-            except (BluetoothError, OSError) as error:
-                self.lines.append(str(error))
-        self.over, self.question = True, None
-
-    async def _main(self) -> str:
-        task = asyncio.ensure_future(self._pair(self.lines.append, self._confirm))
-        while not task.done():
-            if self._cancelled:
-                task.cancel()
-            await asyncio.wait([task], timeout=_TURN_S)
-        return task.result()
-
-    async def _confirm(self, orb: str, digits: str) -> bool:
-        self.question = orb, digits
-        while self.question is not None:
-            await asyncio.sleep(_TURN_S)
-        return self._same
-
-    def answer(self, same: bool) -> None:
-        """Answer the question whether the digits are the same."""
-        self._same, self.question = same, None
-
-    def cancel(self) -> None:
-        """End it; nothing once it is over."""
-        self._cancelled = True
 
 
 class Orbs:
-    """The list of orbs, the present one, and what is under way: a scan, a pairing.
+    """The list of orbs, the present one, and a scan under way.
 
     Attributes:
         notice: What the last choice or scan came to, a sentence; "": nothing to say.
         scanning: Whether a scan is under way.
-        pairing: The pairing under way, or the last one; None before the first.
     """
 
     def __init__(
@@ -113,7 +49,6 @@ class Orbs:
             moved: Called with the port and the key's path of a chosen orb; None: our own.
         """
         self.notice, self.scanning = "", False
-        self.pairing: PairingRun | None = None
         self._link, self._memory, self._make_own = link, memory, make_own
         self._own, self._where, self._moved = own, where, moved
         self._answers: list[Answer] = []
@@ -174,12 +109,6 @@ class Orbs:
 
     # -- what is under way -----------------------------------------------------------------
 
-    def pair(self) -> None:
-        """Pair with a Bluetooth orb that waits for it, on a thread."""
-        if self.pairing is None or self.pairing.over:
-            self.pairing = PairingRun()
-            self.pairing.start()
-
     def tick(self) -> None:
         """Take the results of the threads."""
         while not self._results.empty():
@@ -195,10 +124,8 @@ class Orbs:
         self.notice = next(iter(discovery.remarks(self._answers)), "")
 
     def close(self) -> None:
-        """End our own virtual orb and a pairing."""
+        """End our own virtual orb."""
         self._end_own()
-        if self.pairing is not None:
-            self.pairing.cancel()
 
     def _end_own(self) -> None:
         """End our own virtual orb, on a thread, because that may take seconds."""

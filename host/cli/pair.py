@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from functools import partial
 
 from controller.shared.arguments import Parser
+from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
-from controller.shared.errors import TROUBLE, complain
+from controller.shared.errors import TROUBLE, complain, how_to_install
 from host.connection import rfcomm
-from host.connection.pairing import BY_SYSTEM, lack, pair
+from host.connection.pairing import BY_SYSTEM, pair
 
 
 def main(argv: Sequence[str]) -> int:
@@ -23,8 +24,9 @@ def main(argv: Sequence[str]) -> int:
     if sys.platform in BY_SYSTEM:
         print(BY_SYSTEM[sys.platform])
         return 0
-    if problem := lack():
-        return complain("host", problem, TROUBLE)
+    if not bluez.available():
+        needed = f"pairing needs dbus-fast; {how_to_install('bluetooth')}"
+        return complain("host", needed, TROUBLE)
     try:
         url = asyncio.run(_pair(options))
     except BluetoothError as error:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from collections.abc import Awaitable, Callable
 from contextlib import closing
 from typing import Any, Final
@@ -19,7 +18,6 @@ from controller.shared.bluetooth.bluez import (
     Properties,
     bonded,
 )
-from controller.shared.errors import how_to_install
 
 LOOK_S: Final = 30
 PAIR_S: Final = 60.0  # a person compares digits on two screens
@@ -39,13 +37,6 @@ Play: host --link /dev/cu.OrbTouch""",
 
 Tell = Callable[[str], object]  # takes a line for the user
 Confirm = Callable[[str, str], Awaitable[bool]]  # takes the orb's name, and the six digits
-
-
-def lack() -> str:
-    """Return why this system cannot pair from here, or how it pairs; "": it can."""
-    if sys.platform in BY_SYSTEM:
-        return BY_SYSTEM[sys.platform]
-    return "" if bluez.available() else f"pairing needs dbus-fast; {how_to_install('bluetooth')}"
 
 
 async def pair(

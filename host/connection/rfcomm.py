@@ -1,4 +1,4 @@
-"""Connections to rfcomm://ADDRESS, also on a Python that was built without Bluetooth.
+"""Connections to rfcomm://ADDRESS on Linux, also on a Python that was built without Bluetooth.
 
 An orb's service always has the channel `CHANNEL`. With ?local=ADDRESS the connection uses that
 adapter.
@@ -64,23 +64,12 @@ def open_channel(address: str, local: str = "") -> socket.socket:
 
     `local` is the address of the adapter to use; "": whichever the system chooses.
     """
-    if sys.platform == "linux":
-        connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, RFCOMM)
-        connection.setsockopt(SOL_BLUETOOTH, BT_SECURITY, bytes([MEDIUM, 0]))
-        own = packed(local, 0) if local else b""
-        return connected(connection, packed(address, CHANNEL), own)
-    family = getattr(socket, "AF_BLUETOOTH", None)
-    if family is None:
-        raise OSError(errno.EAFNOSUPPORT, "this system's Python has no Bluetooth sockets")
-    connection = socket.socket(family, socket.SOCK_STREAM, socket.BTPROTO_RFCOMM)
-    try:
-        connection.settimeout(CONNECT_S)
-        connection.connect((address, CHANNEL))
-        connection.setblocking(False)
-    except BaseException:
-        connection.close()
-        raise
-    return connection
+    if sys.platform != "linux":  # pairing makes a serial port there
+        raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
+    connection = socket.socket(AF_BLUETOOTH, socket.SOCK_STREAM, RFCOMM)
+    connection.setsockopt(SOL_BLUETOOTH, BT_SECURITY, bytes([MEDIUM, 0]))
+    own = packed(local, 0) if local else b""
+    return connected(connection, packed(address, CHANNEL), own)
 
 
 def packed(address: str, channel: int) -> bytes:

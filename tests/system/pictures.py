@@ -26,7 +26,7 @@ from controller.shared.protocol.messages import Contact, Contacts
 from controller.shared.protocol.teaching import Describe, GestureInfo, Vocabulary
 from host import window_loop
 from host.app.application import OrbApp
-from host.app.orbs import Orbs, PairingRun
+from host.app.orbs import Orbs
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -73,17 +73,13 @@ def heard() -> list[Received]:
 
 
 class Shelf(Orbs):
-    """Orbs that are neither looked for nor paired with."""
+    """Orbs that are not looked for."""
 
     def __init__(self, receiver: Receiver) -> None:
         super().__init__(receiver, DeviceStore(), lambda: VirtualOrbProcess(1))
 
     def scan(self) -> None:
         """Find nothing."""
-
-    def pair(self) -> None:
-        """Wait for an orb that never answers."""
-        self.pairing = PairingRun()
 
 
 class Album:

@@ -60,7 +60,6 @@ class OrbsScreen(OrbScreen):
         search = "orbs.searching" if orbs.scanning else "orbs.search"
         items = [self._choice(entry) for entry in orbs.entries()]
         items.append(self.item(search, orbs.scan, hint=words("orbs.search_hint")))
-        items.append(self.item("orbs.pair", self._pair))
         if self.orb.state.link == "live":
             items.append(self.item("orb.title", self.opening(PresentOrbScreen)))
         items += [
@@ -83,53 +82,12 @@ class OrbsScreen(OrbScreen):
         hint = words("orbs.known_hint" if entry.device_id else "orbs.own_hint")
         return Item(name, partial(self.orbs.choose, entry), value, hint=hint)
 
-    def _pair(self) -> None:
-        self.orbs.pair()
-        self._stage.push(PairScreen(self._stage, self.orb, self.orbs))
-
     def _state(self) -> list[Row]:
         """Return how the present orb is, in a line or two."""
         state, words = self.orb.state, self.words
         if state.link != "live":
             return rows(state.reason or words(f"orbs.link_{state.link}"))[:2]
         return []
-
-
-class PairScreen(OrbScreen):
-    """Shows the pairing that is under way."""
-
-    def __init__(self, stage: Stage, orb: Orb, orbs: Orbs) -> None:
-        self._orbs = orbs
-        super().__init__(stage, orb)
-
-    def page(self) -> Menu:
-        """Return its messages, and what can be answered."""
-        words, run = self.words, self._orbs.pairing
-        assert run
-        table = [row for line in run.lines[-6:] for row in rows(line)]
-        items = []
-        if question := run.question:
-            asked = words("pair.question", orb=question[0], digits=question[1])
-            table += rows(asked, marked=True)
-            items += [
-                self.item("pair.same", partial(run.answer, True)),
-                self.item("pair.different", partial(run.answer, False)),
-            ]
-        if not run.over:
-            items.append(self.item("pair.cancel", run.cancel))
-        elif not run.url:
-            items.append(self.item("pair.again", self._orbs.pair))
-        if run.over:
-            items.append(self.back_item())
-        return Menu(words("orbs.pair"), items, table=table)
-
-    def leave(self) -> None:
-        """End the pairing, and look for the new orb."""
-        run = self._orbs.pairing
-        if run is not None:
-            run.cancel()
-        super().leave()
-        self._orbs.scan()
 
 
 class PresentOrbScreen(OrbScreen):

@@ -1,15 +1,13 @@
 """The list of orbs, the change from one to another, and what runs on threads."""
 
-import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from host.app.orbs import CANCELLED, OWN, Orbs, PairingRun
-from host.connection import discovery, pairing
+from host.app.orbs import OWN, Orbs
+from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.connection.discovery import NOW, Answer, DevicePort, Port
 from host.connection.receiver import Receiver
@@ -119,58 +117,3 @@ def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: L
     orbs.choose(KnownDevice("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
     assert "/nowhere/key" in orbs.notice
     assert link.opened == []
-
-
-@pytest.fixture
-def bluetooth(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairing, "lack", lambda: "")
-
-
-def started(run: PairingRun) -> threading.Thread:
-    thread = threading.Thread(target=run.run)
-    thread.start()
-    return thread
-
-
-@pytest.mark.usefixtures("bluetooth")
-def test_pairing_asks_whether_digits_are_the_same() -> None:
-    asked = threading.Event()
-
-    async def pair(tell: Any, confirm: Any) -> str:
-        tell("looking")
-        answer = asyncio.ensure_future(confirm("OrbTouch", "123456"))
-        await asyncio.sleep(0)  # the question stands now
-        asked.set()
-        return "rfcomm://00:11:22:33:44:55" if await answer else ""
-
-    run = PairingRun(pair)
-    thread = started(run)
-    assert asked.wait(PATIENCE_S)
-    assert run.question == ("OrbTouch", "123456")
-    run.answer(True)
-    thread.join(PATIENCE_S)
-    assert (run.over, run.url, run.lines) == (True, "rfcomm://00:11:22:33:44:55", ["looking"])
-
-
-@pytest.mark.usefixtures("bluetooth")
-def test_pairing_can_be_cancelled() -> None:
-    begun = threading.Event()
-
-    async def pair(tell: Any, confirm: Any) -> str:
-        begun.set()
-        await asyncio.Event().wait()
-        return ""
-
-    run = PairingRun(pair)
-    thread = started(run)
-    assert begun.wait(PATIENCE_S)
-    run.cancel()
-    thread.join(PATIENCE_S)
-    assert (run.over, run.lines) == (True, [CANCELLED])
-
-
-def test_without_bluetooth_one_sentence_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairing, "lack", lambda: "pairing needs dbus-fast")
-    run = PairingRun()
-    run.run()
-    assert (run.over, run.lines) == (True, ["pairing needs dbus-fast"])
