@@ -64,7 +64,7 @@ class KeysTarget(Target):
         """Process received events and the passed time, and press keys."""
         passed_s, self._now_s = now_s - self._now_s, now_s
         was_armed = self.keys.armed
-        if passed_s >= HANG_MS / 1000:  # a text or a repeat must not continue after a pause
+        if passed_s >= HANG_MS / 1000:  # a repeat must not continue after a pause
             self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)

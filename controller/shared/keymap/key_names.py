@@ -31,12 +31,6 @@ class Axis:
     value: int
 
 
-_CHARACTERS: Final = {
-    "-": "minus", "=": "equal", "[": "leftbracket", "]": "rightbracket", "\\": "backslash",
-    ";": "semicolon", "'": "apostrophe", "`": "grave", ",": "comma", ".": "period", "/": "slash",
-    " ": "space", "\n": "enter", "\t": "tab",
-}  # fmt: skip
-_SHIFTED: Final = dict(zip('_+{}|:"~<>?!@#$%^&*()', "-=[]\\;'`,./1234567890", strict=True))
 _CODES: Final = tomllib.loads((files(__package__) / "keys.toml").read_text("utf-8"))
 KEYS: Final[dict[str, Key]] = {name: Key(*codes) for name, codes in _CODES.items()}
 ALIASES: Final = {
@@ -83,15 +77,6 @@ def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
         ):
             return "+".join(sorted(chord, key=_rank))
     return ""
-
-
-def typed(char: str) -> Chord | None:
-    """Return the chord that types a character on a US keyboard, None without one."""
-    plain = _SHIFTED.get(char, char.lower() if char.isascii() else "")
-    name = _CHARACTERS.get(plain, plain)
-    if name not in KEYS:
-        return None
-    return ("shift", name) if plain != char else (name,)
 
 
 def _rank(key: str) -> tuple[int, str]:

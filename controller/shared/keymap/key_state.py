@@ -5,7 +5,6 @@ keys are released on disarming, on a change of profile or host, and when the orb
 keys of the mapping are pressed, and none while disarmed.
 """
 
-from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final
@@ -19,11 +18,9 @@ from controller.shared.keymap.keymap import (
     Press,
     SelectHost,
     Switch,
-    Text,
 )
 
 SILENCE_S: Final = 1.0  # timeout of the orb's reports, which come ten times a second
-LETTER_S: Final = 0.012  # duration of a typed letter's press, and of the pause after it
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +80,6 @@ class KeyState:
         self._holds: dict[str, _Hold] = {}
         self._since_s: dict[str, float] = {}  # start of held commands before their long hold
         self._reported_s = 0.0  # time of the orb's last report
-        self._letters: deque[Chord] = deque()
-        self._letter_s = 0.0  # time of the next press or release of a letter
 
     @property
     def due_s(self) -> float | None:
@@ -92,8 +87,6 @@ class KeyState:
         times = [hold.next_s for hold in self._holds.values()]
         if any(hold.press.mode is not Mode.TAP for hold in self._holds.values()):
             times.append(self._reported_s + self._silence_s)
-        if self._letters:
-            times.append(self._letter_s)
         return min(times, default=None)
 
     def command(self, name: str, now_s: float) -> None:
@@ -112,16 +105,9 @@ class KeyState:
             case SelectHost(number=number):
                 self.release()
                 self.hosts.append(number)
-            case Press() | Text() if self.armed and self._letters:
-                self.notes.append(f"{name} was dropped: a text is being typed")
             case Press() if self.armed:
                 self._reported_s = now_s
                 self._press(name, entry, now_s)
-            case Text() if self.armed:
-                self.release()
-                self._letters.extend(entry.chords)
-                self._letter_s = now_s
-                self.tick(now_s)
 
     def state(self, held: Collection[str], now_s: float) -> None:
         """Update by a snapshot of the held commands, which only releases keys."""
@@ -140,7 +126,7 @@ class KeyState:
         self._end_waits(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Advance to the present time: end taps, repeat held keys, continue texts."""
+        """Advance to the present time: end taps, repeat held keys."""
         silent = now_s >= self._reported_s + self._silence_s  # computed as in `due_s`
         if silent:
             self._since_s.clear()
@@ -150,7 +136,6 @@ class KeyState:
                 self.notes.append(f"{name} was released: the orb no longer reports what is held")
             while name in self._holds and hold.next_s <= now_s:
                 self._toggle(name, hold, now_s)
-        self._type(now_s)
 
     def _end_waits(self, now_s: float) -> None:
         """Execute long holds, once, and only after a report of the orb."""
@@ -186,7 +171,6 @@ class KeyState:
     def release(self) -> None:
         """Release all keys."""
         self._holds.clear()
-        self._letters.clear()
         self._since_s.clear()
         self._up(self.down)
 
@@ -253,13 +237,3 @@ class KeyState:
         """Release keys, the latest first."""
         self.strokes += [Stroke(key, down=False) for key in reversed(self.down) if key in keys]
         self.down = [key for key in self.down if key not in keys]
-
-    def _type(self, now_s: float) -> None:
-        """Press or release the next letter when it is due."""
-        if self._letters and self._letter_s <= now_s:
-            self._letter_s = now_s + LETTER_S
-            if self.down:
-                self._up(self.down)
-                self._letters.popleft()
-            else:
-                self._down(self._letters[0], "text")

@@ -10,7 +10,7 @@ left = "left"                      # tap a key
 down = { key = "down", mode = "hold" }
 
 [profile.slides]
-drop = { text = "Thank you" }
+right = "pagedown"
 
 [long]                             # when the orb holds this command for long_ms
 drop = { arm = true }
@@ -29,7 +29,7 @@ from typing import Any, Final, Literal
 from controller.shared import config
 from controller.shared.config import ConfigError, settings
 from controller.shared.errors import UserError
-from controller.shared.keymap.key_names import ALIASES, KEYS, PAD, Chord, danger, typed
+from controller.shared.keymap.key_names import ALIASES, KEYS, PAD, Chord, danger
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
 EVERY_S: Final = 0.15  # from one press of a repeating key to the next
@@ -63,13 +63,6 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
-    """A text that a command types, one chord a letter."""
-
-    chords: tuple[Chord, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Arm:
     """The command arms; while armed, it disarms."""
 
@@ -88,7 +81,7 @@ class SelectHost:
     number: int
 
 
-Entry = Press | Text | Arm | Switch | SelectHost
+Entry = Press | Arm | Switch | SelectHost
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +94,7 @@ class Outputs:
     docs: str = "orbtouch docs keys"  # documentation page of the mapping
 
 
-KEYBOARD: Final = Outputs(("key", "text", "arm", "profile"), frozenset(KEYS), "key")
+KEYBOARD: Final = Outputs(("key", "arm", "profile"), frozenset(KEYS), "key")
 GAMEPAD: Final = Outputs(("pad", "arm", "profile"), frozenset(PAD), "pad")
 
 
@@ -140,15 +133,12 @@ class KeyMap:
     def keys(self) -> frozenset[str]:
         """All keys that can ever be pressed."""
         entries = [entry for profile in self.profiles.values() for entry in profile.values()]
-        pressed = [entry.chord for entry in entries if isinstance(entry, Press)]
-        typed = [chord for entry in entries if isinstance(entry, Text) for chord in entry.chords]
-        return frozenset().union(*pressed, *typed)
+        return frozenset().union(*(one.chord for one in entries if isinstance(one, Press)))
 
 
 # --- the file -------------------------------------------------------------------------------------
 
 _SHIPPED: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of default.toml
-_MOST_LETTERS: Final = 100  # of a text, during which commands are dropped
 _MOST_HOSTS: Final = 9
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _HOT_KEYS: Final = {
@@ -158,7 +148,6 @@ _HOT_KEYS: Final = {
 _TARGETS: Final = {  # of each kind of entry
     "key": "--target keyboard",
     "pad": "--target gamepad",
-    "text": "--target keyboard",
     "arm": "--target keyboard or gamepad",
     "profile": "",
     "host": "--link hid:",
@@ -297,8 +286,6 @@ class _EntryReader:
             return self.press(self.chord(what, wanted, self.outputs.names), timing)
         if beside:
             raise self.wrong(f"{next(iter(beside))!r} has no place beside {what!r}")
-        if what == "text":
-            return self.text(wanted)
         if what == "arm" and wanted is True:
             return Arm()
         if what == "profile" and wanted in self.profiles:
@@ -340,12 +327,3 @@ class _EntryReader:
         if len(set(names)) < len(names):
             raise self.wrong(f"{words!r} names a {what} twice")
         return names
-
-    def text(self, text: Any) -> Text:
-        """Return a text as chords."""
-        if not isinstance(text, str) or not 0 < len(text) <= _MOST_LETTERS:
-            raise self.wrong(f"text has 1 to {_MOST_LETTERS} letters")
-        chords = tuple(chord for char in text if (chord := typed(char)) is not None)
-        if len(chords) < len(text):
-            raise self.wrong(f"a US keyboard cannot write {text!r}")
-        return Text(chords)

@@ -151,7 +151,6 @@ def test_a_quick_tap_after_a_repeated_key_waits_a_moment() -> None:
         ("left = { key = 'play' }", "there is no key 'play'"),
         ("left = { key = 'ctrl+altgr+f2' }", "ctrl+alt+f2 reaches past"),
         ("left = { arm = true }", "'arm' needs --target keyboard or gamepad"),
-        ("left = { text = 'a' }", "'text' needs --target keyboard"),
         ("left = { host = 'last' }", 'write "next", or 1 to 9'),
         ("left = { host = true }", "host is True"),
         ("left = { host = 0 }", "host is 0"),

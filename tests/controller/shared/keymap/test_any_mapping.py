@@ -24,14 +24,14 @@ TWO: Final = Users(names=("ann", "bob"))
 KINDS: Final = (KEYBOARD, GAMEPAD, OUTPUTS)
 WORDS: Final = (
     "\n", " = ", "{ ", " }", ", ", '"', "[everywhere]\n", "[profile.game]\n", "[profile.", "]\n",
-    "left", "drop", "menu", "key", "pad", "text", "arm", "true", "false", "profile", '"game"',
+    "left", "drop", "menu", "key", "pad", "arm", "true", "false", "profile", '"game"',
     "mode", '"hold"', '"tap"', '"repeat"', '"toggle"', "down_ms", "every_ms", "60", "1e999", "nan",
     "-1", "9" * 400, '"a"', '"ctrl+alt+delete"', '"alt+f4"', '"lb+a"', "allow = [", "]",
     "arm_key = ", "profile_key", '"f9"', "[[press]]\n", "command", '"down"', "below", "left_of",
     "1.5", "pinch", '"none"', "inf", "'''", '"\\u0007"', '"\\u001b[2J" = ',
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
-    'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
+    'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
     "[users.ann]\n", "[users.", "[[users.bob.press]]\n", "users", "host", '"next"',
 )  # fmt: skip
 SHIPPED: Final = (resources.files("controller.shared.keymap") / "default.toml").read_text()

@@ -12,7 +12,7 @@ import pytest
 from controller.shared.keymap.key_state import KeyState
 from tests.controller.shared.keymap.test_key_state import MAP
 
-GOLDEN = {0.0: "666e204a6cefef0f", 0.03: "81a7cfab9a426d81"}
+GOLDEN = {0.0: "9d4a99a0bd01d61d", 0.03: "22fe32e88126a5ad"}
 COMMANDS = (*MAP.profiles["game"], "unknown")
 
 

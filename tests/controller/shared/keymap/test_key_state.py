@@ -24,7 +24,6 @@ MAP = parse(
                 "hold": {"key": "shift", "mode": "toggle"},
                 "rotate_cw": {"key": "alt", "mode": "toggle"},
                 "rotate_ccw": "f4",
-                "say": {"text": "Ab"},
                 "desk": {"key": "meta+d", "mode": "hold"},
             },
             "desk": {"left": "pageup", "pause": {"profile": "game"}},
@@ -159,22 +158,6 @@ WORDS = ", ".join(f"{hundredth / 100}: word" for hundredth in range(101, 141))
 )
 def test_commands_snapshots_and_time_press_keys(line: str, made: str) -> None:
     assert told(armed(), line) == made
-
-
-def test_text_is_typed_letter_by_letter_with_nothing_else_down() -> None:
-    pressed = armed()
-    pressed.command("hold", 0.0)
-    pressed.command("say", 0.1)
-    for tick in range(10):
-        pressed.tick(0.1 + tick / 50)
-    assert strokes(pressed) == "+shift -shift +shift +a -a -shift +b -b"
-
-
-def test_command_while_a_text_is_typed_is_dropped_and_told() -> None:
-    pressed = armed()
-    pressed.command("say", 0.0)
-    pressed.command("left", 0.01)
-    assert pressed.notes[-1] == "left was dropped: a text is being typed"
 
 
 def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.shared.keymap import keymap
-from controller.shared.keymap.key_names import DANGEROUS, KEYS, PAD, danger, typed
+from controller.shared.keymap.key_names import DANGEROUS, KEYS, PAD, danger
 from controller.shared.protocol.messages import COMMANDS
 from tests.support import ROOT
 
@@ -17,7 +17,7 @@ def mapping(tmp_path: Path, text: str, outputs: keymap.Outputs = keymap.KEYBOARD
     return keymap.load(file, outputs)
 
 
-def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
+def test_command_presses_a_key_or_a_chord(tmp_path: Path) -> None:
     found = mapping(
         tmp_path,
         """
@@ -32,7 +32,7 @@ def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
         hold = { key = "ctrl+shift+t", mode = "toggle" }
 
         [profile.slides]
-        drop = { text = "Hi!" }
+        drop = "pagedown"
         """,
     )
     game, slides = found.profiles["game"], found.profiles["slides"]
@@ -41,10 +41,10 @@ def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
     assert game["down"] == keymap.Press(("down",), keymap.Mode.HOLD)
     assert game["drop"] == keymap.Press(("space",), keymap.Mode.REPEAT, 0.04, 0.2)
     assert game["hold"] == keymap.Press(("ctrl", "shift", "t"), keymap.Mode.TOGGLE)
-    assert slides["drop"] == keymap.Text((("shift", "h"), ("i",), ("shift", "1")))
+    assert slides["drop"] == keymap.Press(("pagedown",))
     assert game["menu"] == slides["menu"] == keymap.Arm()
     assert game["pause"] == keymap.Switch("slides")
-    assert found.keys == {"left", "down", "space", "ctrl", "shift", "t", "h", "i", "1"}
+    assert found.keys == {"left", "down", "space", "ctrl", "shift", "t", "pagedown"}
 
 
 def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Path) -> None:
@@ -123,12 +123,10 @@ BROKEN = "[profile.game\n"
         (GAME + 'left = "lefft"', ", line 2", "there is no key 'lefft'"),
         (GAME + 'a = "b"\nleft = ""', ", line 3", "there is no key ''"),
         (GAME + 'left = "a+a"', ", line 2", "names a key twice"),
-        (GAME + "left = 3", ", line 2", "must have one of key, pad, text, arm, profile"),
-        (GAME + 'left = {key = "a", text = "b"}', ", line 2", "must have one of"),
+        (GAME + "left = 3", ", line 2", "must have one of key, pad, arm, profile"),
+        (GAME + 'left = {key = "a", arm = true}', ", line 2", "must have one of"),
         (GAME + 'left = {key = "a", why = 1}', ", line 2", "unknown key 'why'"),
-        (GAME + 'left = {text = "a", mode = "tap"}', ", line 2", "no place beside 'text'"),
-        (GAME + 'left = {text = ""}', ", line 2", "1 to 100 letters"),
-        (GAME + 'left = {text = "é"}', ", line 2", "cannot write 'é'"),
+        (GAME + 'left = {arm = true, mode = "tap"}', ", line 2", "no place beside 'arm'"),
         (GAME + 'left = {key = "a", mode = "hit"}', ", line 2", "tap, hold, repeat, toggle"),
         (GAME + 'left = {key = "a", down_ms = 9}', ", line 2", "a number from 10 to 1000"),
         (
@@ -195,17 +193,6 @@ def test_every_dangerous_chord_is_seen_whatever_lies_beside_it(chord: frozenset[
 def test_either_side_s_modifier_is_the_same_danger() -> None:
     assert danger({"rctrl", "altgr", "delete"}, ()) == "ctrl+alt+delete"
     assert not danger({"ctrl", "shift", "delete"}, ())
-
-
-def test_what_a_us_keyboard_writes_has_a_key() -> None:
-    for code in range(32, 127):
-        chord = typed(chr(code))
-        assert chord is not None
-        assert chord[-1] in KEYS
-    assert typed("A") == ("shift", "a")
-    assert typed("?") == ("shift", "slash")
-    assert typed("\n") == ("enter",)
-    assert typed("ü") is None
 
 
 def test_no_name_is_a_key_and_a_button() -> None:
