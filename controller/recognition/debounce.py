@@ -16,7 +16,8 @@ A `brisk` gesture, as a press, fires only within `landed_s` of a landing in any 
 there for longer is a resting hand.
 
 A gesture that may begin as its opposite, as a twist that is wound up, is `slow`: it fires when the
-touch has lasted for `slow_s`, or ended.
+touch has lasted for `slow_s`, or ended. Where the fingers' angle is known, it decides how long to
+wait, and confirms what is less sure (`controller.recognition.turn`).
 
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
 (`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it. A tap
@@ -41,6 +42,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.contact import ContactEstimate
+from controller.recognition.turn import SURE, Turned, TurnTracker
 from controller.shared.aliases import Array, Index, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
@@ -84,7 +87,7 @@ class DebounceSettings:
         landed_s: Time after a contact's landing in which a brisk gesture fires, where the contact's
             level is known; as a tap, 1.3 times as late.
         brisk: Labels that fire only then.
-        slow: Labels that may begin as another gesture.
+        slow: Labels that may begin as another gesture: of twists the clockwise one first.
         slow_s: Time in a touch before which they do not fire.
         patient: Labels that wait for an awaited one.
         awaited: Labels that may begin like those.
@@ -135,7 +138,11 @@ class Debouncer:
     """
 
     def __init__(
-        self, labels: Sequence[str], settings: DebounceSettings, rate_hz: float = 10.0
+        self,
+        labels: Sequence[str],
+        settings: DebounceSettings,
+        rate_hz: float = 10.0,
+        turn: TurnTracker | None = None,
     ) -> None:
         """Begin without a touch.
 
@@ -143,10 +150,11 @@ class Debouncer:
             labels: The classes, "null" first.
             settings: When a gesture fires.
             rate_hz: Frames per second.
+            turn: Of the touch, if what touches is known.
         """
         self.labels = tuple(labels)
         self.settings = settings
-        self._rate_hz = rate_hz
+        self._rate_hz, self._turn = rate_hz, turn
         self._mean = np.zeros(len(self.labels))
         self._mean[NULL] = 1.0
         self._held = NULL
@@ -186,6 +194,7 @@ class Debouncer:
         idle: float = 0.0,
         level: float = 0.0,
         uneven: float | None = None,
+        contact: ContactEstimate | None = None,
     ) -> str | None:
         """Take the newest probabilities, (classes,); return the gesture that fires, if any.
 
@@ -194,6 +203,7 @@ class Debouncer:
             idle: Mean of |z - 1| while nothing touches.
             level: Of the contact (`touch_position.ContactLevel`); 0 throughout: unknown.
             uneven: Its level without what all taxels have in common; None: the same.
+            contact: What touches, if it is known.
 
         Raises:
             ValueError: There are more or fewer probabilities than labels.
@@ -205,6 +215,8 @@ class Debouncer:
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
         self._needs = self.settings.tap(idle)
+        if self._turn is not None:
+            self._turn.step(contact, begins=self._frames == 0 and self._held == NULL)
         fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
         return self.labels[fired] if fired != NULL else None
@@ -240,6 +252,7 @@ class Debouncer:
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
             "recent": np.array(self._recent).reshape(-1, 2),
+            **({} if self._turn is None else self._turn.state()),
         }
 
     def restore(self, state: State) -> None:
@@ -254,6 +267,8 @@ class Debouncer:
         self.tapped = float(state["tapped"][0])
         self._recent.clear()
         self._recent.extend(state["recent"])
+        if self._turn is not None:
+            self._turn.restore(state)
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
@@ -263,6 +278,8 @@ class Debouncer:
         self._recent.append(self._levels[-1])
         self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
+        if self._turn is not None and self._frames > 0 and self._held == NULL:
+            touched |= self._turn.turning  # a touch that changes its direction is not over
         found = self._in_touch(mean) if touched else self._end()
         if found != NULL:
             self._recent.clear()
@@ -275,17 +292,25 @@ class Debouncer:
         if self._frames == 0:
             self._touch = np.stack([self._levels.min(axis=0), self._levels[-1]])
         self._frames += 1
+        said = Turned() if self._turn is None else self._turn.says(self._frames / self._rate_hz)
+        if said.never:
+            mean = mean.copy()
+            mean[said.never] = self._sum[said.never] = self._peak[said.never] = 0.0
         self._sum += mean
         np.maximum(self._peak, mean, out=self._peak)
         self._touch[1] = np.maximum(self._touch[1], self._levels[-1])
         if self._slow and self._frames / self._rate_hz < self.settings.slow_s:
             mean = mean.copy()
             mean[self._slow] = 0.0
+        unready = [*said.waiting]
         if self._brisk and not self._landed(self._brisk[0]):
+            unready += self._brisk
+        if unready:
             mean = mean.copy()
-            mean[self._brisk] = 0.0
+            mean[unready] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
-        if mean[best] < self._needed() or (self._here and best not in self._awaited):
+        needed = SURE if best in said.confirmed else self._needed()
+        if mean[best] < needed or (self._here and best not in self._awaited):
             return NULL
         if best in self._patient:
             self._here = True

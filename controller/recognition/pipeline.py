@@ -18,6 +18,7 @@ from controller.recognition.images.sensor_health import HealthMonitor
 from controller.recognition.mapping import Mapping
 from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import ContactLevel, PositionSpread, TouchImage
+from controller.recognition.turn import TurnTracker
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
 from controller.shared.aliases import State
 from controller.shared.touch_strength import scaled
@@ -25,6 +26,7 @@ from controller.shared.touch_strength import scaled
 Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
+_WAYS: Final = 2  # clockwise and counter-clockwise
 # Entries that the state of older recordings lacks; they begin with their initial values.
 LATER: Final = (
     *("preprocess.recently", "preprocess.lies", "preprocess.since"),
@@ -32,7 +34,7 @@ LATER: Final = (
     *("touch.noise", "touch.skip"),
     *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
     *("debounce.tapped", "debounce.levels", "debounce.lasting"),
-    "debounce.recent",
+    *("debounce.recent", "debounce.turned"),
     *("contact.level", "contact.slow", "contact.refused"),
     *("moving.before", "moving.averages", "moving.age"),
 )
@@ -247,7 +249,7 @@ class Pipeline:
         self._contacts = settings.contacts
         self._refused = False  # the touch that is held was too wide or narrow for its gesture
         rate_hz = settings.preprocess.rate_hz
-        self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz)
+        self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz, _turn(settings))
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._held = ""
@@ -341,7 +343,8 @@ class Pipeline:
         image = prepared.image if prepared.added is None else prepared.added
         level = self._level.step(image, prepared.idle) if prepared.ready else 0.0
         idle, uneven = prepared.idle / self.strength, self._level.uneven
-        gesture = self._debouncer.step(probabilities, idle, level, uneven) or last
+        contact = self._touching(prepared)
+        gesture = self._debouncer.step(probabilities, idle, level, uneven, contact) or last
         held = self._held = self._debouncer.held
         touch = sigma = command = None
         if prepared.ready:
@@ -373,7 +376,7 @@ class Pipeline:
             sigma,
             self.user,
             self.confidence,
-            self._touching(prepared),
+            contact,
         )
 
     def _touching(self, prepared: Prepared) -> ContactEstimate | None:
@@ -411,6 +414,15 @@ class Pipeline:
             probabilities = self._networks.people(window)
         identifier.step(probabilities, counts=self._held in self._users.gestures)
         self.user, self.confidence = identifier.name, identifier.confidence
+
+
+def _turn(settings: PipelineSettings) -> TurnTracker | None:
+    """Return a tracker of the angle for a bundle that answers twists both ways, else None."""
+    twists = [settings.labels.index(label) for label in settings.debounce.slow]
+    if settings.contacts is None or len(twists) != _WAYS:
+        return None
+    others = {settings.labels.index(label) for label in settings.contact.several}
+    return TurnTracker(twists[0], twists[1], sorted(others.difference(twists)))
 
 
 def _unlike(given: NDArray[np.float64], own: NDArray[np.float64]) -> bool:
