@@ -326,6 +326,8 @@ def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
     """Return the network in a part, checked by its golden vectors; BundleError if it is damaged."""
     what = "a network of what touches"
     arrays = arrays_of(data, what)
+    short = {name for name, array in arrays.items() if array.dtype == np.float16}
+    arrays |= {name: arrays[name].astype(np.float32) for name in short}
     units, wide = len(arrays.get("first_bias", ())), PICTURES * plain.rows * plain.columns + SCALARS
     shapes: dict[str, tuple[int, ...]] = {"first": (units, wide), "first_bias": (units,)}
     shapes |= {"second": (units, units), "second_bias": (units,), "out": (OUTPUTS, units)}

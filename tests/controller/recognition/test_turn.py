@@ -59,7 +59,8 @@ def test_a_turn_begins_anew_with_each_touch_and_continues_from_its_state() -> No
     one, other = tracker(), tracker()
     one.step(replace(FINGERS, angle_deg=-40.0), begins=True)
     other.restore(one.state())
-    assert one.turning and other.turning
+    assert one.turning
+    assert other.turning
     assert other.says(0.5) == one.says(0.5)
     one.step(FINGERS, begins=True)
     assert not one.turning
@@ -90,7 +91,8 @@ def test_the_shipped_bundle_answers_a_twist_by_its_direction_wound_up_or_not(
     around = np.radians(np.array([180.0, -30.0, 0.0, 30.0]) + turned[:, None])
     deep = 6.0 * (min_jerk(time_s / 0.12) - min_jerk((time_s - 0.9) / 0.12))
     depth = np.repeat(deep[:, None], 4, axis=1)
-    frames = orb.advance(18.0 * np.exp(1j * around), depth, np.full(depth.shape, 6.5))
+    point = (18.0 * np.exp(1j * around)).astype(np.complex128)
+    frames = orb.advance(point, depth, np.full(depth.shape, 6.5))
     pipeline = Pipeline(USUAL.settings, Recognizer(USUAL), USUAL.mapping)
     steps = [pipeline.step(frame, n / USUAL.rate_hz) for n, frame in enumerate(frames, 1)]
     assert [one.gesture for one in steps if one.gesture] == ["twist_ccw"]
