@@ -46,30 +46,37 @@ Drawing = Callable[[pygame.Surface, Layout, float], None]  # at an age from 0, n
 
 
 class Effects:
-    """The effects alive at present; each is begun by an event and dies of age."""
+    """Lights and words alive at present; each is begun by an event and dies of age.
+
+    New words take the place of older ones.
+    """
 
     def __init__(self, look: Look) -> None:
         self._look = look
-        self._alive: list[tuple[float, float, Drawing]] = []  # begin and duration, seconds
+        self._lights: list[tuple[float, float, Drawing]] = []  # begin and duration, seconds
         self._lit_s = -_APART_S  # when something was lit last
+        self._lines: list[Line] = []
+        self._said_s = 0.0
+        self._words: pygame.Surface | None = None  # picture of the lines
 
-    def show(self, events: Iterable[Event], cell: int) -> None:
+    def show(self, events: Iterable[Event], cell: int, *, paced: bool = False) -> None:
         """Begin what the events call for, on cells of so many pixels.
 
-        Without motion there is nothing. What lights or dims the board begins at most three times
-        a second.
+        Without motion there are words alone. What lights or dims the board begins at most three
+        times a second. A new level of a paced game is a faster one, no more.
         """
         for event in events:
-            soon = self._lit_s < event.time_s < self._lit_s + _APART_S
             if isinstance(event, happened.Restarted):
                 self.clear()
-            elif self._look.settings.motion and not soon:
-                lights = [(event.time_s, *each) for each in self._lights(event, cell)]
-                self._alive += lights
+            self._say(event, paced=paced)
+            soon = self._lit_s < event.time_s < self._lit_s + _APART_S
+            if self._look.settings.motion and not soon:
+                lights = [(event.time_s, *each) for each in self._lit(event, cell)]
+                self._lights += lights
                 self._lit_s = event.time_s if lights else self._lit_s
-        del self._alive[:-_MOST]
+        del self._lights[:-_MOST]
 
-    def _lights(self, event: Event, cell: int) -> Iterator[tuple[float, Drawing]]:
+    def _lit(self, event: Event, cell: int) -> Iterator[tuple[float, Drawing]]:
         """Yield the duration and the drawing of what an event lights or dims."""
         palette = self._look.palette
         match event:
@@ -80,20 +87,53 @@ class Effects:
             case happened.Locked():
                 yield _LOCK_S, _flash(event, cell, palette.flash)
 
+    def _say(self, event: Event, *, paced: bool) -> None:
+        """Begin the words that an event calls for."""
+        lines: list[Line] = []
+        match event:
+            case happened.Locked():
+                lines = praise(event, self._look)
+            case happened.LevelUp(level=level):
+                key = "callout.faster" if paced else "callout.level"
+                fresh = self._lines if self._said_s == event.time_s else []
+                lines = [*fresh, (self._look.words(key, level=level), self._look.palette.good)]
+        if lines:
+            self._lines, self._said_s, self._words = lines, event.time_s, None
+
+    @property
+    def lit(self) -> bool:
+        """Whether anything is lit or dimmed at present."""
+        return bool(self._lights)
+
     @property
     def alive(self) -> bool:
         """Whether anything is seen at present."""
-        return bool(self._alive)
+        return bool(self._lights or self._lines)
 
     def clear(self) -> None:
         """Forget all."""
-        self._alive.clear()
+        self._lights.clear()
+        self._lines = []
 
     def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
         """Draw what is alive, and forget what is over."""
-        self._alive = [each for each in self._alive if time_s - each[0] < each[1]]
-        for begin_s, lasts_s, draw in self._alive:
+        self._lights = [each for each in self._lights if time_s - each[0] < each[1]]
+        for begin_s, lasts_s, draw in self._lights:
             draw(surface, layout, max(0.0, (time_s - begin_s) / lasts_s))
+        age_s = max(0.0, time_s - self._said_s)
+        if age_s >= _LASTS_S:
+            self._lines = []
+        if not self._lines:
+            return
+        if self._words is None:
+            self._words = _drawn(self._lines, layout, self._look.palette.well)
+        sunk = 0.0
+        if self._look.settings.motion:
+            age = age_s / _LASTS_S
+            self._words.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
+            sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell
+        board = layout.board
+        surface.blit(self._words, (board.left, board.top + _HIGH * board.height + sunk))
 
 
 def _flash(event: happened.Locked, cell: int, colour: Colour) -> Drawing:
@@ -147,72 +187,20 @@ def _bands(event: happened.Locked, colour: Colour) -> Drawing:
 # -- words -------------------------------------------------------------------------------------
 
 
-class Callouts:
-    """The latest words; new ones take their place."""
-
-    def __init__(self, look: Look) -> None:
-        self._look = look
-        self._lines: list[Line] = []
-        self._since_s = 0.0
-        self._picture: pygame.Surface | None = None
-
-    def show(self, events: Iterable[Event], *, paced: bool = False) -> None:
-        """Show the lines of the events; a new level of a paced game is a faster one, no more."""
-        for event in events:
-            match event:
-                case happened.Locked():
-                    if lines := praise(event, self._look):
-                        self._say(event.time_s, lines)
-                case happened.LevelUp(level=level):
-                    key = "callout.faster" if paced else "callout.level"
-                    words = self._look.words(key, level=level)
-                    fresh = self._lines if self._since_s == event.time_s else []
-                    self._say(event.time_s, [*fresh, (words, self._look.palette.good)])
-                case happened.Restarted():
-                    self.clear()
-
-    @property
-    def alive(self) -> bool:
-        """Whether there are words to be seen at present."""
-        return bool(self._lines)
-
-    def clear(self) -> None:
-        """Forget all."""
-        self._lines, self._picture = [], None
-
-    def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
-        """Draw the words while they last."""
-        age_s = max(0.0, time_s - self._since_s)
-        if not self._lines or age_s >= _LASTS_S:
-            self.clear()
-            return
-        if self._picture is None:
-            self._picture = self._draw_words(layout)
-        sunk = 0.0
-        if self._look.settings.motion:
-            age = age_s / _LASTS_S
-            self._picture.set_alpha(round(255 * min(1.0, (1 - age) / (1 - _FADE_FROM))))
-            sunk = max(0.0, 1 - age_s / _POP_S) * 0.5 * layout.cell
-        board = layout.board
-        surface.blit(self._picture, (board.left, board.top + _HIGH * board.height + sunk))
-
-    def _say(self, time_s: float, lines: list[Line]) -> None:
-        self._lines, self._since_s, self._picture = lines, time_s, None
-
-    def _draw_words(self, layout: Layout) -> pygame.Surface:
-        """Draw the lines below each other, each with an edge that blocks do not hide."""
-        wide, edge = layout.board.width, max(1, layout.cell // 12)
-        around = [(x, y) for x in (-edge, 0, edge) for y in (-edge, 0, edge) if x or y]
-        picture, top = pygame.Surface(layout.board.size, pygame.SRCALPHA), edge
-        for row, (words, colour) in enumerate(self._lines):
-            size, room = round(layout.letter * (_SMALL if row else _LARGE)), wide - 4 * edge
-            line = theme.fitted(words, size, colour, room)
-            shade = theme.fitted(words, size, self._look.palette.well, room)
-            left = (wide - line.get_width()) // 2
-            picture.blits([(shade, (left + x, top + y)) for x, y in around])
-            picture.blit(line, (left, top))
-            top += line.get_height()
-        return picture
+def _drawn(lines: Iterable[Line], layout: Layout, edge_colour: Colour) -> pygame.Surface:
+    """Return a picture of lines below each other, each with an edge that blocks do not hide."""
+    wide, edge = layout.board.width, max(1, layout.cell // 12)
+    around = [(x, y) for x in (-edge, 0, edge) for y in (-edge, 0, edge) if x or y]
+    picture, top = pygame.Surface(layout.board.size, pygame.SRCALPHA), edge
+    for row, (words, colour) in enumerate(lines):
+        size, room = round(layout.letter * (_SMALL if row else _LARGE)), wide - 4 * edge
+        line = theme.fitted(words, size, colour, room)
+        shade = theme.fitted(words, size, edge_colour, room)
+        left = (wide - line.get_width()) // 2
+        picture.blits([(shade, (left + x, top + y)) for x, y in around])
+        picture.blit(line, (left, top))
+        top += line.get_height()
+    return picture
 
 
 def praise(event: happened.Locked, look: Look) -> list[Line]:

@@ -16,7 +16,7 @@ from tetris.engine.pieces import Piece
 from tetris.engine.scoring import goal_of
 from tetris.kit import theme
 from tetris.kit.settings import Look
-from tetris.window.effects import Callouts, Effects
+from tetris.window.effects import Effects
 from tetris.window.scenery import Layout, draw_scenery
 from tetris.window.tiles import tiles_of
 
@@ -129,7 +129,7 @@ class GameView:
 
     def _dress(self, look: Look) -> None:
         self._look, self._tiles = look, tiles_of(look)
-        self._effects, self._callouts = Effects(look), Callouts(look)
+        self._effects = Effects(look)
 
     def place(self, area: pygame.Rect, look: Look) -> None:
         """Draw into this area and in this look from now on."""
@@ -141,7 +141,6 @@ class GameView:
     def clear(self) -> None:
         """Forget what happened."""
         self._effects.clear()
-        self._callouts.clear()
 
     def _lay_out(self, layout: Layout) -> None:
         if not self._card:
@@ -164,13 +163,11 @@ class GameView:
     @property
     def lively(self) -> bool:
         """Whether an effect is going on, so that the next picture differs from the last one."""
-        return self._effects.alive
+        return self._effects.lit
 
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened be seen in the next frames."""
-        events = list(events)
-        self._effects.show(events, self.layout.cell)
-        self._callouts.show(events, paced=self._paced)
+        self._effects.show(events, self.layout.cell, paced=self._paced)
 
     def draw(
         self,
@@ -202,7 +199,7 @@ class GameView:
         lit = hint is not None and hint.actions[0] is Action.HOLD and game.in_play
         landing = hint.landing if hint and game.in_play else None
         veiled = game.phase is not Phase.RUNNING and not ready
-        light_s = time_s if self._effects.alive or self._callouts.alive else None
+        light_s = time_s if self._effects.alive else None
         self._paced = game.row_us is not None
         board = tuple(game.board.rows), game.piece, game.in_play, game.phase
         layout = self.layout
@@ -211,7 +208,6 @@ class GameView:
             self._draw_danger(surface, game)
             self._draw_blocks(surface, game, landing)
             self._effects.draw(surface, layout, time_s)
-            self._callouts.draw(surface, layout, time_s)
             if veiled:
                 surface.blit(self._veil, layout.board)
                 self._draw_words(surface, *self._verdict(game))

@@ -73,9 +73,9 @@ def test_light_begins_three_times_a_second_at_most() -> None:
     for tick in range(300):
         _, events = drop("", Piece("O", 4, 18))
         events = [replace(event, time_s=tick / 100) for event in events]
-        before = len(effects._alive)
+        before = len(effects._lights)
         effects.show(events, layout.cell)
-        if len(effects._alive) > before:
+        if len(effects._lights) > before:
             lit.append(tick / 100)
         effects.draw(pygame.Surface(AREA.size), layout, tick / 100)
     assert len(lit) > 5
