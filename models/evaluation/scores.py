@@ -26,7 +26,6 @@ _ON_SITE: Final = 0.25  # grid units from a taxel, the finger's aim being no bet
 _ROUNDS: Final = 20  # of the estimate
 _LEAST: Final = 1e-6  # variance: no standard deviation is below a thousandth
 
-Matrix = NDArray[np.int64]  # (classes, classes)
 Probabilities = NDArray[np.float64]  # (n, classes)
 Values = NDArray[np.float64]  # (n,) of images, or (n, 2) of their errors
 
@@ -67,10 +66,12 @@ def calibration(
     return Calibration(hot, before, after, bins)
 
 
-def confusion(named: NDArray[np.integer], label: NDArray[np.integer], classes: int) -> Matrix:
+def confusion(
+    named: NDArray[np.integer], label: NDArray[np.integer], classes: int
+) -> tuple[tuple[int, ...], ...]:
     """Return the confusion matrix of classes named, (n,), and true ones, (n,)."""
     count = np.bincount(label * classes + named, minlength=classes * classes)
-    return count.reshape(classes, classes).astype(np.int64)
+    return tuple(map(tuple, count.reshape(classes, classes).tolist()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +113,6 @@ def score_windows(
         shares[1],
         unseen_binary=1.0 - 2.0 * (1.0 - shares[0]) / classes,
         random_binary=1.0 - 2.0 * (1.0 - shares[1]) / classes,
-        unseen_windows=len(right[0]),
-        random_windows=len(right[1]),
     )
 
 
@@ -124,9 +123,7 @@ def score_errors(
     each = np.abs(check).mean(axis=1)
     figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
     other = float(np.abs(random).mean()) if len(random) else math.nan
-    return HeldOutScore(
-        figure.value, figure.low, figure.high, other, math.nan, math.nan, len(check), len(random)
-    )
+    return HeldOutScore(figure.value, figure.low, figure.high, other, math.nan, math.nan)
 
 
 def position_spread(blur: Values, errors: Values) -> PositionSpread | None:

@@ -58,12 +58,6 @@ def training(loaded: Bundle, found: Training, drawn: Iterable[Path] = ()) -> str
     return "\n\n".join(filter(None, parts))
 
 
-def write_training(out: Path, loaded: Bundle, found: Training, drawn: Iterable[Path]) -> None:
-    """Write NAME.md and NAME.json beside the bundle NAME.orb."""
-    storage.write_text(out.with_suffix(".md"), f"{training(loaded, found, drawn)}\n")
-    storage.write_json(out.with_suffix(".json"), found)
-
-
 def headline(found: Training) -> str:
     """Return the scores of a training beside those of the paper's protocol."""
     held = [found.split, *([found.location.unseen] if found.location else [])]
@@ -85,9 +79,9 @@ def users(found: UserResult) -> str:
     return "\n\n".join(parts)
 
 
-def write_users(out: Path, found: UserResult) -> None:
-    """Write NAME.md and NAME.json beside the bundle NAME.orb of identified users."""
-    storage.write_text(out.with_suffix(".md"), f"{users(found)}\n")
+def write(out: Path, card: str, found: Training | UserResult) -> None:
+    """Write NAME.md and NAME.json beside the bundle NAME.orb."""
+    storage.write_text(out.with_suffix(".md"), f"{card}\n")
     storage.write_json(out.with_suffix(".json"), found)
 
 

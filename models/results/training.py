@@ -83,8 +83,6 @@ class HeldOutScore:
     # per-output ("binary") accuracy, which the paper may mean; NaN: no classes
     unseen_binary: float
     random_binary: float  # the same on windows at random
-    unseen_windows: int  # number of them
-    random_windows: int  # number of them
 
     @property
     def gap(self) -> float:

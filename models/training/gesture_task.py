@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller.shared.aliases import Index
@@ -147,8 +146,8 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
         epochs,
         scores.score_windows(examples, (ends["check"], named), (ends["random"], random), classes),
         float(right.mean()) if len(right) else np.nan,
-        _table(scores.confusion(named, label, classes)),
-        _table(scores.confusion(events.named, events.label, classes)),
+        scores.confusion(named, label, classes),
+        scores.confusion(events.named, events.label, classes),
         scores.calibration(logits, label, temperature),
         net.weights(),
     )
@@ -165,11 +164,6 @@ def _describe(epoch: Epoch) -> str:
 def _right(logits: Tensor, label: Tensor) -> float:
     """Return the share of right logits (n, classes) for labels (n,); NaN if there are none."""
     return float((logits.argmax(dim=1) == label).float().mean()) if len(label) else np.nan
-
-
-def _table(matrix: NDArray[np.int64]) -> tuple[tuple[int, ...], ...]:
-    """Return a matrix (classes, classes) as JSON has it."""
-    return tuple(tuple(row) for row in matrix.tolist())
 
 
 def _weights(label: Index, classes: int, recipe: NetworkRecipe, answers: int) -> Tensor:

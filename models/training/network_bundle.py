@@ -141,7 +141,7 @@ class NetworkPlan:
         loaded = bundle.read(request.out)
         result = replace(result, debounce=numbers(loaded.debounce))
         drawn = figures.draw_training(result, request.out)
-        cards.write_training(request.out, loaded, result, drawn)
+        cards.write(request.out, cards.training(loaded, result, drawn), result)
         return result
 
 

@@ -82,7 +82,7 @@ class UserPlan:
         net, _ = train(self.gestures, name="users, all")
         entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
         write_users(self, net, found, f"{entry}{found.seen[1].value:.1%}")
-        cards.write_users(request.out, found)
+        cards.write(request.out, cards.users(found), found)
         return found
 
 

@@ -175,15 +175,10 @@ def probabilities(net: nn.Module, gestures: UserGestures, ends: Index) -> NDArra
 
 def gesture_evidence(net: nn.Module, gestures: UserGestures) -> NDArray[np.float64]:
     """Return the evidence of each gesture for each user, as on the device, (events, outputs)."""
-    found = evidence(probabilities(net, gestures, gestures.ends))
-    return event_means(found, gestures.event, len(gestures.label))
-
-
-def event_means(values: NDArray[np.floating], event: Index, events: int) -> NDArray[np.float64]:
-    """Return the mean of windows' values (windows, ...) over each gesture, (events, ...)."""
-    total = np.zeros((events, *values.shape[1:]))
-    np.add.at(total, event, values)
-    count = np.bincount(event, minlength=events)
+    found, events = evidence(probabilities(net, gestures, gestures.ends)), len(gestures.label)
+    total = np.zeros((events, *found.shape[1:]))
+    np.add.at(total, gestures.event, found)
+    count = np.bincount(gestures.event, minlength=events)
     return np.asarray(total / np.maximum(count, 1)[:, None])
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from tetris.engine import rules
-from tetris.engine.events import Action, Gravity, Input
+from tetris.engine.events import Action, Gravity
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
 from tetris.history.replay import Moment, Outcome, Replay, check_game
@@ -214,20 +214,12 @@ def _whole(name: str, word: str, most: int) -> int:
 def _moment_word(moment: Moment, before: Moment) -> str:
     word = str(moment.time_us - before.time_us)
     for given in moment.inputs:
-        word += _code(given)
+        word += _CODES[given] if isinstance(given, Action) else f"f{given.row_us}"
     if moment.soft_drop != before.soft_drop:
         word += "S" if moment.soft_drop else "s"
     if moment.initial != before.initial:
         word += f"[{''.join(_CODES[action] for action in moment.initial)}]"
     return word
-
-
-def _code(given: Input) -> str:
-    return _CODES[given] if isinstance(given, Action) else f"f{given.row_us}"
-
-
-def _input(code: str) -> Input:
-    return _ACTIONS[code] if code in _ACTIONS else Gravity(int(code[1:]))
 
 
 def _moments(words: list[str]) -> tuple[Moment, ...]:
@@ -244,7 +236,7 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
-            tuple(map(_input, _INPUT.findall(codes))),
+            tuple(_ACTIONS.get(code) or Gravity(int(code[1:])) for code in _INPUT.findall(codes)),
             soft == "S" if soft else before.soft_drop,
             before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
         )

@@ -74,7 +74,7 @@ def figure7(found: Found) -> Table:
         share, whole = network != "CNN-2D", NETWORKS[network]
         gap = end["random"] - end["day"] if share else end["day"] - end["random"]
         cells = [
-            NONE if name not in end else percent_of(end[name]) if share else number(end[name])
+            NONE if name not in end else f"{100 * end[name]:.1f} %" if share else number(end[name])
             for name in ("random", "day", "people", f"day {whole}", f"people {whole}")
         ]
         spread = points(gap) if share else number(gap).replace("-", "−")
@@ -108,11 +108,6 @@ def interval(figure: Sequence[Any]) -> str:
         return _bits(figure[0])
     middle, low, high = (f"{one * BITS:.2f}".replace("-", "−") for one in figure)
     return f"{middle} ({low}–{high})"
-
-
-def percent_of(share: float) -> str:
-    """Return a share with one digit after the point, close to 0 and 1, too."""
-    return f"{100 * share:.1f} %"
 
 
 def _nats_and_bits(nats: float, digits: int = 3) -> str:

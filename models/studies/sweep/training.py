@@ -97,14 +97,14 @@ def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool)
     data = json.loads(source)
 
     def read(folders: list[Path]) -> Data:
-        return load.read(folders, recipe, labels, _ignore, window=window, every=every)
+        return load.read(folders, recipe, labels, lambda _: None, window=window, every=every)
 
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
             simulation = plan.data_of(data)
             assert isinstance(simulation, plan.Simulation)
             users, sessions = simulation.users, simulation.sessions
-            generate(simulation, Path(folder), users, sessions, 1, _ignore)
+            generate(simulation, Path(folder), users, sessions, 1, lambda _: None)
             return read([Path(folder)])
     found = read([Path(folder) for folder in data["folders"]])
     if load.fingerprint(found.digest, found.vocabulary) != data["sha256"]:
@@ -135,7 +135,7 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
 def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-3D; frames and events are judged."""
     recipe, seed, words = asked.gesture, asked.seed, ""
-    parts = splits.undivided(taught, seed)
+    parts = splits.undivided(len(taught.examples.ends), seed)
     if not asked.declared:
         taught, words = symmetry_search.declared(taught, parts.train, recipe, seed, DEVICE)
     task = gesture_task(taught, parts, recipe, seed, DEVICE)
@@ -177,7 +177,7 @@ def _locations(taught: Data, unseen: Data, asked: Training) -> Result:
     )
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
-    parts = splits.parts_of(np.arange(len(found.images)), np.empty(0, dtype=np.int64), asked.seed)
+    parts = splits.undivided(len(found.images), asked.seed)
     task = location_task(taught, found, parts, asked.location, asked.seed, DEVICE)
     curve, net = fit(task, asked.seed), task.net.folded().eval()
     inputs, corners = asked.location.touch.of(judged.images[judged.last])
@@ -213,7 +213,3 @@ def _session(data: Data, number: int, **items: Scores) -> Result:
         "session": f"{data.session[number]} {row.session}".strip(),
         **{name: [round(own.sum().item(), 6), len(own)] for name, own in items.items()},
     }
-
-
-def _ignore(line: str) -> None:
-    """Ignore progress: each training of a sweep is one line."""

@@ -28,7 +28,7 @@ def test_the_honest_figure_and_the_papers_stand_side_by_side_with_the_gap() -> N
 
 
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
-    nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
+    nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
     gesture, location = training().gesture, training().location
     assert gesture is not None
     assert location is not None
