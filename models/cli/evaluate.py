@@ -59,8 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []
-    found_sets = _recorded(arguments, left_out) if arguments.data else None
-    sets, notes = found_sets or _simulated(loaded, arguments)
+    data = arguments.data
+    sets, notes = _recorded(data, left_out) if data else _simulated(loaded, arguments)
     results = []
     for name, played in sets.items():
         errors.say(f"{name}:")
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
+def _recorded(data: Sequence[Path], left_out: list[str]) -> Sets:
     """Return the recordings of each folder as a set.
 
     Files that cannot be read are `left_out`, each with a sentence.
@@ -102,11 +102,10 @@ def _recorded(arguments: argparse.Namespace, left_out: list[str]) -> Sets:
     def played(files: Sequence[Path]) -> "Iterable[tuple[str, Recording]]":
         return ((file.stem, reader.load(file)) for file in files)
 
-    found = examples.recording_sets(arguments.data, left_out)
+    found = examples.recording_sets(data, left_out)
     for line in left_out:
         errors.say(line)
-    sets: dict[str, Played] = {name: partial(played, files) for name, files in found.items()}
-    return sets, ()
+    return {name: partial(played, files) for name, files in found.items()}, ()
 
 
 def _simulated(loaded: "Bundle", arguments: argparse.Namespace) -> Sets:

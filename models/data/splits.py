@@ -37,7 +37,6 @@ class LeakError(ValueError):
 class Fold:
     """One way to train on some windows and test on others."""
 
-    name: str  # name of the tested part
     train: Index  # positions of the training windows in `ends`
     test: Index  # positions of the test windows
 
@@ -71,14 +70,14 @@ def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> Fold:
         frames = np.flatnonzero(session == name)
         last[frames[-(len(frames) // BLOCKS) :]] = len(frames) >= BLOCKS
     train = ~_windows_near(last, ends, window, gap=window)
-    return _fold("time", ends, window, train, ~_windows_near(~last, ends, window))
+    return _fold(ends, window, train, ~_windows_near(~last, ends, window))
 
 
 def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
     """Return the paper's protocol: windows at random. It leaks; its score is for comparison."""
     tested = np.zeros(count, dtype=np.bool_)
     tested[rng.choice(count, max(1, round(share * count)), replace=False)] = True
-    return Fold("random windows", np.flatnonzero(~tested), np.flatnonzero(tested))
+    return Fold(np.flatnonzero(~tested), np.flatnonzero(tested))
 
 
 def require(name: str) -> str:
@@ -99,8 +98,8 @@ def check(fold: Fold, ends: Index, window: int) -> None:
     both = covered(ends[fold.train], window, size) & covered(ends[fold.test], window, size)
     if both.any():
         raise LeakError(
-            f"the split {fold.name!r} has {int(both.sum())} frames on both sides; "
-            "leave a gap of a window between them"
+            f"a split has {int(both.sum())} frames on both sides; leave a gap of a window between "
+            "them"
         )
 
 
@@ -131,7 +130,7 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
         taken = spread(names, min(MOST, max(1, round(SHARE * len(names)))))
         held = np.isin(groups, taken)
         tested = held[examples.session[examples.ends]]
-        fold = _fold(chosen, examples.ends, examples.window, ~tested, tested)
+        fold = _fold(examples.ends, examples.window, ~tested, tested)
         paths = [Path(row.path) for row, out in zip(data.rows, held, strict=True) if out]
         listed = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
         more = ", ..." if len(paths) > 4 else ""
@@ -228,9 +227,9 @@ def spread(names: Index, count: int) -> Index:
     return np.asarray(names[((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)])
 
 
-def _fold(name: str, ends: Index, window: int, train: Mask, test: Mask) -> Fold:
+def _fold(ends: Index, window: int, train: Mask, test: Mask) -> Fold:
     """Return a fold from which windows train, and which test, both (windows,); it is checked."""
-    fold = Fold(name, np.flatnonzero(train), np.flatnonzero(test))
+    fold = Fold(np.flatnonzero(train), np.flatnonzero(test))
     check(fold, ends, window)
     return fold
 
