@@ -31,9 +31,13 @@ class FakeChip:
 
     bits: int  # its resolution
     measure: Callable[[int], float]  # returns what an input sees, of full scale, as it is sampled
+    # lets so many bytes pass on the bus; returns whether the chip is there
+    reached: Callable[[int], bool] = lambda size: True
 
     def transfer(self, data: bytes) -> bytes:
         """Clock all bits through: start, single-ended, three of channel, a pause, null, result."""
+        if not self.reached(len(data)):
+            return b"\xff" * len(data)
         total = 8 * len(data)
         told = int.from_bytes(data, "big")
         after = told.bit_length() - 1  # bits that follow the start bit
@@ -103,7 +107,8 @@ class EmulatedBoard:
         self.factory = factory
         chip = CHIPS[wiring.converter.type]
         self._chips = [
-            FakeChip(chip.bits, partial(self.look, i)) for i in range(len(wiring.converter.devices))
+            FakeChip(chip.bits, partial(self.look, i), self._transfer)
+            for i in range(len(wiring.converter.devices))
         ]
         self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
         self._row_of = {channel: row for row, channel in enumerate(wiring.electrodes.channels)}
@@ -113,7 +118,7 @@ class EmulatedBoard:
             wiring,
             GpioPins(factory, electrodes),
             chip,
-            tuple(_Bus(self, one) for one in self._chips),
+            tuple(self._chips),
             Controls(factory, wiring),
             self.circuit.advance,
             lambda: self.circuit.now_s,
@@ -162,15 +167,13 @@ class EmulatedBoard:
 
     # --- what the converter does ----------------------------------------------------------------
 
-    def transfer(self, chip: FakeChip, data: bytes) -> bytes:
-        """Pass bytes over the bus, and time."""
-        bits_s = 8 * len(data) / self.wiring.converter.clock_hz
+    def _transfer(self, size: int) -> bool:
+        """Let bytes pass on the bus, and time; return whether a converter is there."""
+        bits_s = 8 * size / self.wiring.converter.clock_hz
         self.circuit.advance((bits_s + _TRANSFER_S) * (self._size("slow_clock") or 1.0))
         if (share := self._size("bus_errors")) and self._noise.random() < share:
             raise OSError(5, "Input/output error")
-        if self._size("no_converter"):
-            return b"\xff" * len(data)
-        return chip.transfer(data)
+        return not self._size("no_converter")
 
     def look(self, converter: int, input_: int) -> float:
         """Return the voltage at a converter's input, of full scale."""
@@ -206,17 +209,3 @@ class EmulatedBoard:
     def _size(self, kind: str) -> float:
         """Return the size of a fault, 0 if it is off."""
         return next((fault.size for fault in self.faults if fault.kind == kind), 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class _Bus:
-    """One converter's bus."""
-
-    bench: EmulatedBoard
-    chip: FakeChip
-
-    def transfer(self, data: bytes) -> bytes:
-        return self.bench.transfer(self.chip, data)
-
-    def close(self) -> None:
-        self.chip.close()
