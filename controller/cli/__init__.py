@@ -10,7 +10,7 @@ COMMANDS: Final = {  # name: function that runs it, and purpose
     "recordings": ("recordings:main", "recover, check and import recordings"),
     "install": ("install:main", "take a bundle into use, or list those of this device"),
     "calibrate": ("calibrate:main", "measure the untouched sensor and keep the result"),
-    "doctor": ("doctor:main", "check computer, wiring, sensor and link"),
+    "doctor": ("doctor:main", "check computer, wiring, sensor and Bluetooth"),
     "pair": ("pair:main", "pair with a host over Bluetooth"),
 }
 

@@ -1,4 +1,4 @@
-"""`controller doctor`: check computer, wiring, sensor and link; print a table with advice."""
+"""`controller doctor`: check computer, wiring, sensor and Bluetooth; print a table with advice."""
 
 import argparse
 import json
@@ -25,7 +25,6 @@ from controller.shared.arguments import Parser
 from controller.shared.errors import say
 
 REAL: Final = "orb"  # the sensor whose board can be measured although it gives no frames
-BLUETOOTH: Final = ("rfcomm:", "hid:")  # links over Bluetooth
 REST_S: Final = 6.0  # of a trial, then
 TOUCHED_S: Final = 12.0
 
@@ -36,7 +35,7 @@ def main(argv: Sequence[str]) -> int:
     sensors.module_of(options.sensor)  # a wrong name is refused before anything is measured
     if options.out is not None and options.out.exists():
         raise SensorError(f"{options.out} is there already; name another file with --out")
-    rows = list(examine(options.sensor, options.link, options.out))
+    rows = list(examine(options.sensor, options.out, bluetooth=options.bluetooth))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [asdict(row) for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))
@@ -48,7 +47,7 @@ def main(argv: Sequence[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     grammar = Parser(
         prog="controller doctor",
-        description="Look at computer, wiring, skin and link, and say what is wrong and what to "
+        description="Look at computer, wiring and skin, and say what is wrong and what to "
         "do. A sensor of another kind than the orb's skin is read at rest, then while every taxel "
         "is touched: rate, range, rest, sign and noise, and which taxels move. Exit status 0: "
         "sound; 1: faults found.",
@@ -58,28 +57,25 @@ def _parser() -> argparse.ArgumentParser:
     add = grammar.add_argument
     sensors.add_option(grammar, "what to look at")
     add("--json", action="store_true", help="print one JSON object in place of the table")
-    text = "a link that is opened and closed; of rfcomm: and hid: Bluetooth is looked at"
-    add("--link", metavar="URL", help=text)
+    add("--bluetooth", action="store_true", help="look at Bluetooth, too")
     text = "write the description of a sensor of another kind, with what was found"
     add("--out", metavar="FILE", type=Path, help=text)
     return grammar
 
 
 def examine(
-    spec: str = "virtual", url: str | None = None, out: Path | None = None
+    spec: str = "virtual", out: Path | None = None, *, bluetooth: bool = False
 ) -> Iterator[Row]:
-    """Yield all rows on a sensor, NAME:KEY=VALUE,..., and a link; SensorError if there is none.
+    """Yield all rows on a sensor, NAME:KEY=VALUE,..., and Bluetooth; SensorError if there is none.
 
     The description of a sensor that has one is written to `out`.
     """
     yield system_checks.runtime(bundles.default_path())
     yield system_checks.disk(files.state_folder())
-    if url is not None and url.startswith(BLUETOOTH):
-        from controller.diagnostics import bluetooth
+    if bluetooth:
+        from controller.diagnostics.bluetooth import rows
 
-        yield from bluetooth.rows()
-    elif url is not None:
-        yield system_checks.link(url)
+        yield from rows()
     try:
         sensor = sensors.load(spec)
     except SensorError as error:

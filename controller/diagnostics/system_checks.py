@@ -1,4 +1,4 @@
-"""Checks of the computer: the inference engine, disk and a link, one row each."""
+"""Checks of the computer: the inference engine and disk, one row each."""
 
 import os
 import shutil
@@ -9,17 +9,10 @@ from typing import Final
 from controller.bundles.container import BundleError
 from controller.bundles.deploy import selftest
 from controller.diagnostics.report import Row, Verdict
-from controller.links import LinkError, open_link
 from controller.shared.notices import notice
-from controller.shared.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 
 _OTHER: Final = notice("other_version", "pip install 'onnxruntime==1.20.1'")
 _LITTLE: Final = 200e6  # bytes free: a session of ten minutes takes some 3 MB
-_GRID: Final = (1, 1, 10.0, 10.0)
-_TIMES: Final = (HEARTBEAT_MS, DEADMAN_MS)
-_WELCOME: Final = Welcome(
-    VERSION, 1, "doctor", "OrbTouch", False, *_GRID, *_TIMES, ("null",), ("pause",)
-)
 
 
 def runtime(bundle: Path) -> Row:
@@ -47,12 +40,3 @@ def disk(folder: Path) -> Row:
     if free < _LITTLE:
         return Row("disk", Verdict.DOUBTFUL, found, notice("room"), "disk")
     return Row("disk", Verdict.GOOD, found)
-
-
-def link(url: str) -> Row:
-    """Return whether a link, named as of `controller --link`, can be opened."""
-    try:
-        open_link(url, _WELCOME).close()
-    except LinkError as error:
-        return Row("link", Verdict.FAULT, str(error), "Choose another --link.", "link")
-    return Row("link", Verdict.GOOD, f"{url} can be opened")

@@ -59,12 +59,6 @@ def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_link_is_opened_and_closed() -> None:
-    assert system_checks.link("listen://127.0.0.1:0").verdict is Verdict.GOOD
-    row = system_checks.link("/dev/there-is-no-such-port")
-    assert (row.verdict, row.code) == (Verdict.FAULT, "link")
-
-
 @pytest.mark.parametrize(
     ("scatter", "seconds"), [(0.01, 0.6), (0.06, 0.9), (0.08, 1.6), (0.2, 3.0)]
 )
