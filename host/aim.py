@@ -2,8 +2,8 @@
 
 Contacts and the game come in, actions of the game go out; there is no clock. A touch steers from
 its first frame. Once it has settled, the column under it is kept, and slides from there are fine:
-half a column for a column's width of the dome. Depth that rises quickly by `DROP_MM` drops the
-piece; the column is then the one from before the rise.
+two columns for five of the dome, as the skin goes along with a finger that slides. Depth that rises
+quickly by `DROP_MM` drops the piece; the column is then the one from before the rise.
 """
 
 import math
@@ -26,7 +26,7 @@ SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of seve
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
-FINE: Final = ((3.0, 1.5), (6.0, 6.0))  # finger's way, piece's way, in columns; equal beyond
+FINE: Final = ((5.0, 2.0), (7.5, 7.5))  # finger's way, piece's way, in columns; equal beyond
 RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
 LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
 GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows

@@ -278,8 +278,8 @@ class Debouncer:
         self._recent.append(self._levels[-1])
         self.tapped = 0.0
         touched = bool(1.0 - mean[NULL] >= self.settings.off)
-        if self._turn is not None and self._frames > 0 and self._held == NULL:
-            touched |= self._turn.turning  # a touch that changes its direction is not over
+        if self._turn is not None and self._held == NULL and self._sum.argmax() in self._slow:
+            touched |= self._turn.turning  # a twist that changes its direction is not over
         found = self._in_touch(mean) if touched else self._end()
         if found != NULL:
             self._recent.clear()

@@ -132,12 +132,12 @@ def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
 
 def test_from_where_a_finger_settled_its_slides_are_fine_and_in_the_end_full() -> None:
     play = Play()
-    play.hold(0.3, 1.0)
+    play.hold(0.3, 0.6)
     first = play.columns[0]
-    play.hold(0.2, 1.0, to_x=1.8)  # two columns' width
+    play.hold(0.2, 0.6, to_x=1.4)  # two columns' width
     assert play.columns[0] == first + 1
-    play.hold(0.2, 1.8, to_x=3.4)  # six in all
-    assert play.columns[0] == first + 6
+    play.hold(0.2, 1.4, to_x=3.6)  # seven and a half in all
+    assert play.columns[0] == first + 7
 
 
 def test_two_fingers_take_back_where_the_first_one_steered() -> None:
