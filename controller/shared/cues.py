@@ -83,19 +83,11 @@ class CueSession:
     """A session of cues, with the time of the frames without pauses."""
 
     def __init__(
-        self,
-        asks: Sequence[ExampleRequest],
-        pace: CueTiming,
-        rng: np.random.Generator,
-        *,
-        shuffled: bool = True,
+        self, asks: Sequence[ExampleRequest], pace: CueTiming, rng: np.random.Generator
     ) -> None:
-        """Prepare a session of examples in order; `rng` draws rests and places of repetitions.
-
-        `shuffled`: repeat an example at a random later place; else at once.
-        """
+        """Prepare a session of examples in order; `rng` draws rests and places of repetitions."""
         self._queue = deque(asks)
-        self._pace, self._rng, self._shuffled = pace, rng, shuffled
+        self._pace, self._rng = pace, rng
         self._labels = tuple(dict.fromkeys(ask.label for ask in asks))
         self._phase = Phase.WAIT
         self._present: ExampleRequest | None = None
@@ -190,9 +182,9 @@ class CueSession:
         return [void]
 
     def _repeat(self, request: ExampleRequest) -> None:
-        """Queue an example again."""
+        """Queue an example again, at a random later place."""
         last = len(self._queue)  # the next one is visible already, and stays next
-        at = min(1, last) + int(self._rng.integers(max(last, 1))) if self._shuffled else 0
+        at = min(1, last) + int(self._rng.integers(max(last, 1)))
         self._queue.insert(at, request)
 
     def _enter(self, phase: Phase, from_s: float, seconds: float) -> None:
