@@ -1,12 +1,12 @@
 """Recordings made of arrays, tables and files that are not recordings yet."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from controller.recordings import importer
 from controller.recordings.description import Description
@@ -27,12 +27,7 @@ _NEAR: Final = 1.5  # greatest ratio of the rate that is given and that of the t
 
 
 def source(
-    frames: ArrayLike | Iterable[ArrayLike],
-    t: ArrayLike | None,
-    rate_hz: float | None,
-    labels: ArrayLike | None,
-    session: str,
-    **facts: Any,
+    frames: object, t: object, rate_hz: float | None, labels: object, session: str, **facts: Any
 ) -> Source:
     """Return arrays as a recording; see `Recording.from_arrays`."""
     checks.one_of(facts["sign"], "sign", get_args(Sign))
@@ -69,11 +64,10 @@ def source(
         if rate_hz is not None and not 1.0 / _NEAR <= own_hz / rate_hz <= _NEAR:
             raise UserError(f"t has {own_hz:g} frames a second, rate_hz is {rate_hz:g}; give one")
     if labels is not None:
-        given = _array(labels, "labels", "U", (count,))
-        names, numbers = np.unique(given[given != ""], return_inverse=True)
-        arrays["label"] = np.full(count, -1)
-        arrays["label"][given != ""] = numbers
-        facts |= {"label": "label", "label_names": tuple(names.tolist()) or (NULL,)}
+        names, numbers = np.unique(_array(labels, "labels", "U", (count,)), return_inverse=True)
+        unknown = int(names[0] == "")  # which sorts first
+        arrays["label"] = numbers - unknown
+        facts |= {"label": "label", "label_names": tuple(names[unknown:].tolist()) or (NULL,)}
     if session:
         arrays["session"], facts["session"] = np.array([str(session)]), ("session",)
     checks.number(facts["pitch_mm"], "pitch_mm", 1e-3, 1e6)
@@ -102,8 +96,8 @@ def _array(given: Any, name: str, kinds: str, shape: tuple[int, ...]) -> NDArray
 
 def columns_of(table: "pandas.DataFrame") -> dict[str, Any]:
     """Return the arrays of a table with columns as `Recording.to_pandas` has; Error if it lacks."""
-    found = {name: _TAXEL.fullmatch(str(name)) for name in getattr(table, "columns", ())}
-    taxels = sorted((int(m[1]), int(m[2]), name) for name, m in found.items() if m)
+    found = [(_TAXEL.fullmatch(str(name)), name) for name in getattr(table, "columns", ())]
+    taxels = sorted((int(match[1]), int(match[2]), name) for match, name in found if match)
     rows, columns = (1 + max((one[i] for one in taxels), default=-1) for i in (0, 1))
     if not taxels or len(taxels) != rows * columns:
         raise UserError(

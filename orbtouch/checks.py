@@ -4,8 +4,9 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -31,6 +32,15 @@ def sentences() -> Iterator[None]:
         for words, own in _WORDS.items():
             text = text.replace(words, own)
         raise UserError(text) from error.__cause__
+
+
+def needed(module: str, what: str, install: str) -> Any:
+    """Return an optional module; Error, with the command that installs it, if it is missing."""
+    try:
+        return import_module(module)
+    except ImportError:
+        name = module.partition(".")[0]
+        raise UserError(f"{what} needs {name}; install it with: {install}") from None
 
 
 def number(value: object, what: str, least: float, most: float) -> None:

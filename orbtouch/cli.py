@@ -1,16 +1,17 @@
 """The verbs of `orbtouch`, from the tables of the programs that have them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Final
 
+import host.cli
+import tetris
+from controller.cli import COMMANDS
 from controller.shared.errors import unknown_command
-from orbtouch import __version__
+from orbtouch import __version__, pages
 
 # Headings of the help.
-_PLAY, _TEACH, _TRAIN, _CARE = "play", "teach", "train", "look after an orb"
-_READ: Final = "read"
+_PLAY, _TEACH, _TRAIN, _CARE, _READ = "play", "teach", "train", "look after an orb", "read"
 _TEACHING: Final = ("teach", "recordings")
 _FRAME: Final = """\
 usage: orbtouch [VERB] [-h] ...
@@ -32,44 +33,37 @@ class Verb:
     name: str
     heading: str  # where the help lists it
     program: str  # module whose `main` runs it
-    purpose: Callable[[], str]  # returns a line of help, from the program's own table
+    told: str = ""  # line of help, from the program's own table; "": its module in `models` has it
     words: tuple[str, ...] = ()  # what the program calls it; (): what it does without a verb
+
+    @property
+    def purpose(self) -> str:
+        """A line of help."""
+        from models import cli
+
+        return self.told or str(cli.load(self.name).SUMMARY)
 
 
 def verbs() -> Iterator[Verb]:
-    """Yield all verbs; a program is imported when its first one is reached.
+    """Yield all verbs; `models` is imported when its first one is reached.
 
     Where two programs have a verb, as `pair`, it is that of the first.
     """
-    import host.cli
-
-    yield Verb("play", _PLAY, "host.__main__", partial(str, host.cli.PLAY[1]))
-    import tetris
-
-    yield Verb("tetris", _PLAY, "tetris.__main__", partial(str, tetris.PURPOSE))
+    yield Verb("play", _PLAY, "host.__main__", host.cli.PLAY[1])
+    yield Verb("tetris", _PLAY, "tetris.__main__", tetris.PURPOSE)
     for name, (_, purpose) in host.cli.VERBS.items():
-        yield Verb(name, _CARE, "host.__main__", partial(str, purpose), (name,))
-    from controller.cli import COMMANDS
-
-    yield Verb("run", _CARE, "controller.__main__", partial(str, COMMANDS[""][1]))
+        yield Verb(name, _CARE, "host.__main__", purpose, (name,))
+    yield Verb("run", _CARE, "controller.__main__", COMMANDS[""][1])
     for name, (_, purpose) in COMMANDS.items():
         if name and name not in host.cli.VERBS:
             heading = _TEACH if name in _TEACHING else _CARE
-            yield Verb(name, heading, "controller.__main__", partial(str, purpose), (name,))
+            yield Verb(name, heading, "controller.__main__", purpose, (name,))
+    for name, purpose in pages.VERBS.items():
+        yield Verb(name, _READ, "orbtouch.pages", purpose, (name,))
     from models import cli
 
     for name in cli.names():
-        yield Verb(name, _TRAIN, "models.__main__", partial(_summary, name), (name,))
-    from orbtouch import pages
-
-    for name, purpose in pages.VERBS.items():
-        yield Verb(name, _READ, "orbtouch.pages", partial(str, purpose), (name,))
-
-
-def _summary(name: str) -> str:
-    from models import cli
-
-    return str(cli.load(name).SUMMARY)
+        yield Verb(name, _TRAIN, "models.__main__", words=(name,))
 
 
 def find(name: str) -> Verb:
@@ -90,9 +84,8 @@ def show(option: str) -> int:
 
 def _help() -> str:
     """Return every verb with its purpose, under its heading."""
-    found = list(verbs())
-    lines = []
+    found, lines = list(verbs()), []
     for heading in (_PLAY, _TEACH, _TRAIN, _CARE, _READ):
         lines += ["", f"{heading}:"]
-        lines += [f"  {v.name:11}  {v.purpose()}" for v in found if v.heading == heading]
+        lines += [f"  {v.name:11}  {v.purpose}" for v in found if v.heading == heading]
     return _FRAME.format("\n".join([*lines, ""]))

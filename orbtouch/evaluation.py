@@ -1,9 +1,10 @@
 """Judging of any predictor of windows by its events, through the device's debouncer."""
 
 import copy
+import itertools
 import logging
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ from models.evaluation import tune
 from models.evaluation.event_counts import tally
 from models.evaluation.replay import Stream, debounced_stream, network_inputs
 from orbtouch import checks, windows
-from orbtouch.networks import Network, network_of
+from orbtouch.networks import Base, Network, network_of
 from orbtouch.onnx_files import null_first
 from orbtouch.recordings import Given, Recording, several
 from orbtouch.results import Evaluation, evaluation_of
@@ -30,6 +31,7 @@ AT_ONCE: Final = 2_000  # windows that are predicted in one call
 SUM: Final = 1e-3  # greatest error of a sum of probabilities
 
 Predict = Callable[[NDArray[np.float32]], ArrayLike]
+_Answers = tuple[NDArray[np.int64], Predict]  # numbers of the classes of its columns
 
 log = logging.getLogger("orbtouch")
 
@@ -47,7 +49,7 @@ def evaluate(
     window: int = 0,
     by: Literal["user", "session", ""] = "",
     folds: int = 5,
-    debounce: Network | Path | str | None = None,
+    debounce: Base = None,
 ) -> Evaluation:
     """Return how a predictor answers labelled recordings, by the device's stages and event metric.
 
@@ -90,58 +92,74 @@ def evaluate(
     names = [columns[place] for place in null_first(columns)]
     if odd := {name for one in given for name in one.labels.tolist()} - {"", *names}:
         raise UserError(f"a recording has the gesture {min(odd)!r}, which classes lack; add it")
-    settings_given = None if debounce is None else network_of(debounce, "debounce")._bundle.debounce
+    thresholds = None if debounce is None else network_of(debounce, "debounce")._bundle.debounce
     tallies = {}
     for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
         learned = [one for one, out in zip(given, held, strict=True) if out != learns]
         settings = windows.settings_of([one._source for one in learned], window)
-        known, answers = np.array([names.index(name) for name in columns]), predict
-        chosen = settings_given
+        stages, chosen = _Stages(settings, names), thresholds
+        answers: _Answers = np.array([names.index(name) for name in columns]), predict
         if learns:
-            chosen = chosen or _thresholds(predict, learned, settings, names)
-            known, answers = _fitted(predict, learned, settings, names)
+            chosen = chosen or stages.thresholds(predict, learned)
+            answers = stages.fitted(predict, learned)
         for number in np.flatnonzero(held).tolist():
-            stream = _stream(answers, known, given[number], settings, names, chosen)
-            counts = tally(stream, names)
+            counts = tally(stages.stream(answers, given[number], chosen), names)
             said = count(counts.events, "gesture")
             log.info("%s: %d of %s", given[number].name, counts.hits, said)
             tallies[number] = counts
     return evaluation_of(names, [tallies[number] for number in range(len(given))])
 
 
-def _thresholds(
-    estimator: Any, learned: Sequence[Recording], settings: PreprocessSettings, names: Sequence[str]
-) -> DebounceSettings | None:
-    """Return when a gesture counts, chosen on a third of the people, or sessions, learned from.
+@dataclass(frozen=True, slots=True)
+class _Stages:
+    """The device's stages, of images of one kind and for classes by name."""
 
-    A copy that has not learned from these answers them. None if there is but one, or no gesture.
-    """
-    try:
-        held = _folds(learned, "", 3)[0]
-        parts = [[one for one, out in zip(learned, held, strict=True) if out == h] for h in (0, 1)]
-        known, answers = _fitted(estimator, parts[0], settings, names)
-        streams = [_stream(answers, known, one, settings, names, None) for one in parts[1]]
-        return tune.tune(names, DebounceSettings(), streams, tune.Goal()).chosen.settings
-    except (_FewError, ValueError):
-        return None
+    settings: PreprocessSettings
+    names: list[str]
 
+    def thresholds(self, estimator: Any, learned: Sequence[Recording]) -> DebounceSettings | None:
+        """Return when a gesture counts, chosen on a third of the people, or sessions, learned from.
 
-def _stream(
-    predict: Predict,
-    known: NDArray[np.int64],
-    one: Recording,
-    settings: PreprocessSettings,
-    names: Sequence[str],
-    debounce: DebounceSettings | None,
-) -> Stream:
-    """Return what the device makes of a recording by probabilities of the classes known."""
-    source = one._cut()
-    truth, inputs = GroundTruth.of(source, names, one.name), network_inputs(source.frames, settings)
-    outputs = np.zeros((len(inputs.windows), len(names)), dtype=np.float32)
-    for first in range(0, len(outputs), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        outputs[some, known] = checked(predict, inputs.windows[some], [names[i] for i in known])
-    return debounced_stream(truth, inputs, outputs, names, debounce or DebounceSettings())
+        A copy that has not learned from these answers them. None if there is but one, or no
+        gesture.
+        """
+        try:
+            held = _folds(learned, "", 3)[0]
+            answers = self.fitted(estimator, [*itertools.compress(learned, ~held)])
+            streams = [self.stream(answers, one) for one in itertools.compress(learned, held)]
+            return tune.tune(self.names, DebounceSettings(), streams, tune.Goal()).chosen.settings
+        except (_FewError, ValueError):
+            return None
+
+    def stream(
+        self, answers: _Answers, one: Recording, debounce: DebounceSettings | None = None
+    ) -> Stream:
+        """Return what the device makes of a recording by probabilities of the classes known."""
+        source, (known, predict) = one._cut(), answers
+        truth = GroundTruth.of(source, self.names, one.name)
+        inputs = network_inputs(source.frames, self.settings)
+        outputs = np.zeros((len(inputs.windows), len(self.names)), dtype=np.float32)
+        columns = [self.names[i] for i in known]
+        for first in range(0, len(outputs), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            outputs[some, known] = checked(predict, inputs.windows[some], columns)
+        return debounced_stream(truth, inputs, outputs, self.names, debounce or DebounceSettings())
+
+    def fitted(self, estimator: Any, taught: Sequence[Recording]) -> _Answers:
+        """Return what a copy of an estimator that has learned recordings answers."""
+        every = -(-sum(map(len, taught)) // LEARNED)
+        facts = self.settings, self.names
+        cut = [windows.cut(one._source, one.name, *facts, one._span, every) for one in taught]
+        y = np.concatenate([one.y for one in cut])
+        if len(known := np.unique(y)) < 2:
+            raise _FewError("a fold has windows of fewer than two classes; give more recordings")
+        try:
+            own = copy.deepcopy(estimator)
+            own.fit(np.concatenate([one.X for one in cut]), y)
+        except Exception as error:
+            said = f"{type(error).__name__} at {len(y)} windows: {error}"
+            raise UserError(f"{type(estimator).__name__}.fit raised {said}") from error
+        return known, own.predict_proba
 
 
 def checked(
@@ -163,24 +181,6 @@ def checked(
         odd = np.round(answer[fit.argmin()], 3).tolist()
         raise UserError(f"{name} returned {odd}; {expected}, which sum to 1")
     return answer
-
-
-def _fitted(
-    estimator: Any, taught: Sequence[Recording], settings: PreprocessSettings, names: Sequence[str]
-) -> tuple[NDArray[np.int64], Predict]:
-    """Return the classes that a copy of an estimator has learned, and how it answers."""
-    every = -(-sum(map(len, taught)) // LEARNED)
-    cut = [windows.cut(one._source, one.name, settings, names, one._span, every) for one in taught]
-    y = np.concatenate([one.y for one in cut])
-    if len(known := np.unique(y)) < 2:
-        raise _FewError("a fold has windows of fewer than two classes; give more recordings")
-    try:
-        own = copy.deepcopy(estimator)
-        own.fit(np.concatenate([one.X for one in cut]), y)
-    except Exception as error:
-        said = f"{type(error).__name__} at {len(y)} windows: {error}"
-        raise UserError(f"{type(estimator).__name__}.fit raised {said}") from error
-    return known, own.predict_proba
 
 
 def _folds(given: Sequence[Recording], by: str, folds: int) -> list[NDArray[np.bool_]]:

@@ -22,11 +22,12 @@ from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from orbtouch import checks
 from orbtouch.evaluation import Predict, checked
-from orbtouch.networks import Command, Network, network_of
+from orbtouch.networks import Base, Command, Network, network_of
 from orbtouch.onnx_files import renamed
 from orbtouch.orbs import Orb, Press, Release
 
 END_S: Final = 2.0  # for the loop to end
+_Given = tuple[Network | Predict, Sequence[str], Base]  # predictor, its classes, and `base`
 _LATE: Final = 20  # calls in a row that may last longer than a frame
 
 
@@ -65,12 +66,9 @@ class _Server:
     """A device in a thread of this program; `thread` ends with a replay, or the predictor."""
 
     def __init__(
-        self,
-        predict: Network | Predict,
-        classes: Sequence[str],
-        base: Network | Path | str | None,
-        options: dict[str, Any],
+        self, given: tuple[Network | Predict, Sequence[str], Base], **options: Any
     ) -> None:
+        predict, classes, base = given
         checks.options(options, ("sensor", "seed", "preset", "fault", "mapping", "replay"))
         for name in ("mapping", "replay"):
             if name in options:
@@ -86,12 +84,11 @@ class _Server:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "live.orb")
             path.write_bytes(data)
-            options = {**options, "bundle": path, "link": "listen://127.0.0.1:0"}
-            self._parts = prepare(RunOptions(**options))
-        self.judge: _Judge | None = None
+            self._parts = prepare(RunOptions(bundle=path, link="listen://127.0.0.1:0", **options))
+        self._judge: _Judge | None = None
         if not isinstance(predict, Network):
-            self.judge = _Judge(self._parts.bundle, predict, order)
-            self._parts = replace(self._parts, recognizer=self.judge)
+            self._judge = _Judge(self._parts.bundle, predict, order)
+            self._parts = replace(self._parts, recognizer=self._judge)
         self.url, self._problem, self._closed = self._parts.link.url, "", False
         self.thread = threading.Thread(target=self._run, name="live", daemon=True)
         self.thread.start()
@@ -99,7 +96,7 @@ class _Server:
     @property
     def problem(self) -> str:
         """Why it has ended; "" while it runs, and after a replay."""
-        return self._problem or (self.judge.problem if self.judge else "")
+        return self._problem or (self._judge.problem if self._judge else "")
 
     def close(self) -> None:
         """End the device."""
@@ -107,19 +104,14 @@ class _Server:
         self.thread.join(END_S)
 
     def _run(self) -> None:
-        numbers = itertools.count(1)
-        loop = Loop(
-            self._parts.link,
-            lambda: open_device(self._parts, next(numbers)),
-            time.monotonic,
-            await_host=True,
-        )
+        parts, numbers = self._parts, itertools.count(1)
+        opened = (parts.link, lambda: open_device(parts, next(numbers)), time.monotonic)
         try:
-            loop.run(lambda: self._closed or bool(self.judge and self.judge.problem))
+            Loop(*opened, await_host=True).run(lambda: self._closed or bool(self.problem))
         except UserError as error:
             self._problem = str(error)
         finally:
-            self._parts.link.close()
+            parts.link.close()
 
 
 class _Live(Orb):
@@ -144,7 +136,7 @@ def live(
     predict: Network | Predict,
     *,
     classes: Sequence[str] = (),
-    base: Network | Path | str | None = None,
+    base: Base = None,
     **options: Any,
 ) -> Orb:
     """Return an orb whose gestures are those of a predictor, in this program; close it at the end.
@@ -162,14 +154,14 @@ def live(
         Error: An argument is unfit. `Orb.events` raises one if the predictor raises, takes longer
             than a frame all the time, or returns no probabilities.
     """
-    return _Live(_Server(predict, classes, base, options))
+    return _Live(_Server((predict, classes, base), **options))
 
 
 def play(
     predict: Network | Predict,
     *,
     classes: Sequence[str] = (),
-    base: Network | Path | str | None = None,
+    base: Base = None,
     words: Sequence[str] | str = (),
     **options: Any,
 ) -> int:
@@ -188,7 +180,7 @@ def play(
     from host.__main__ import main
 
     words = words.split() if isinstance(words, str) else words
-    server = _Server(predict, classes, base, options)
+    server = _Server((predict, classes, base), **options)
     try:
         status: int = main(["--link", server.url, *words])
     finally:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from models.evaluation import evaluate as evaluation
 from models.evaluation import replay
 from orbtouch import checks
 from orbtouch.recordings import Given, Recording, several, single
-from orbtouch.results import Evaluation, evaluation_of
+from orbtouch.results import Evaluation, evaluation_of, html_table
 
 log = logging.getLogger("orbtouch")
 SURE = 0.9  # mean probability in a touch, from which the network names an unlabelled example
@@ -83,6 +83,9 @@ class Lesson:
         )
 
 
+Base = Union["Network", Path, str, None]  # a network, that in a file, or the one that ships
+
+
 class Network:
     """The networks of a bundle with their settings; see `load_network`, `train` and `teach`.
 
@@ -102,11 +105,7 @@ class Network:
 
     @classmethod
     def from_onnx(
-        cls,
-        source: Path | str | bytes,
-        *,
-        classes: Sequence[str],
-        base: "Network | Path | str | None" = None,
+        cls, source: Path | str | bytes, *, classes: Sequence[str], base: "Base" = None
     ) -> "Network":
         """Return a network for devices from an ONNX file, and all else from another network.
 
@@ -147,9 +146,7 @@ class Network:
         """Return the commands that the device gives for a recording, or that in a file, in order.
 
         Every stage is the device's own; the baseline is found in the recording's first second.
-
-        Raises:
-            Error: The recording is of another sensor, rate or unit.
+        Error if the recording is of another sensor, rate or unit.
         """
         source = self._fitting(recording)
         pipeline = Pipeline(self._bundle.settings, Recognizer(self._bundle), self._bundle.mapping)
@@ -170,8 +167,7 @@ class Network:
     def probabilities(self, recording: Given) -> NDArray[np.float32]:
         """Return each label's probability, (n, classes); 1 for "null" until a window is full.
 
-        Raises:
-            Error: The recording is of another sensor, rate or unit.
+        Error if the recording is of another sensor, rate or unit.
         """
         source = self._fitting(recording)
         inputs = replay.network_inputs(source.frames, self._bundle.preprocess)
@@ -182,10 +178,8 @@ class Network:
     def evaluate(self, recordings: Given | Iterable[Given]) -> Evaluation:
         """Return how it answers labelled recordings, one, several or in files, by its events.
 
-        The event metric is that of docs/measurements.md.
-
-        Raises:
-            Error: There is none, or one is of another sensor, rate or unit, or has no labels.
+        The event metric is that of docs/measurements.md. Error if there is no recording, or one is
+        of another sensor, rate or unit, or has no labels.
         """
         named = [(one.name, self._fitting(one)) for one in several(recordings)]
         tallies = evaluation.evaluate(self._bundle, named, log.info)
@@ -230,25 +224,21 @@ class Network:
         taken = [self._taken(label, one, shares[id(one._source)], anyway) for one in examples]
         found, own = [], []
         for whole, frames in asked.values():
-            session = add_gesture.Session.of(self._bundle, whole._source)
-            found += session.examples(label, frames, whole.labels)
-            own += session.stretches(label, frames, whole.labels)
+            session, labels = add_gesture.Session.of(self._bundle, whole._source), whole.labels
+            found += session.examples(label, frames, labels)
+            own += session.stretches(label, frames, labels)
         if not found:
-            raise UserError(
-                "there is no example; give three to five slices of recordings, each a second or "
-                "more after its beginning"
-            )
+            raise UserError("there is no example; give slices a second or more after the beginning")
         touches = [touch for one in found if (touch := one.found(self.rate_hz)) is not None]
-        turns, mirror = guess_symmetries(touches)
-        turns = turns if rotations is None else rotations
-        mirror = mirror if mirrored is None else mirrored
+        guessed = guess_symmetries(touches)
+        turns, mirror = rotations or guessed[0], guessed[1] if mirrored is None else mirrored
         found = [replace(one, rotations=turns, mirrored=mirror) for one in found]
         made = adapt.teach(self._data, found, command=command, own=own)
-        waited, now = self._bundle.debounce.patient, made.debounce
-        delayed = tuple(one for one in now.patient if one not in waited)
+        before, now = self._bundle.debounce.patient, made.debounce
+        delayed = tuple(one for one in now.patient if one not in before)
         like = {name: taken.count(name) / len(taken) for name in self.classes[1:] if name in taken}
-        cost = made.kept, delayed, now.patience_s, like
-        lesson = Lesson(label, len(found), *cost, turns, mirror)
+        cost = len(found), made.kept, delayed, now.patience_s, like
+        lesson = Lesson(label, *cost, turns, mirror)
         log.info("%s", lesson)
         return Network(bundles.assembled(made.manifest, made.parts), lesson)
 
@@ -281,11 +271,10 @@ class Network:
         """Write the bundle's parts, ONNX models and settings, into a folder; return the files."""
         folder = checks.path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        written = []
-        for name, data in container.unpack(self._data).items():
+        parts = container.unpack(self._data)
+        for name, data in parts.items():
             atomic_write(folder / name, data)
-            written.append(folder / name)
-        return written
+        return [folder / name for name in parts]
 
     def _fitting(self, recording: Given) -> Source:
         """Return the recording of the implementation; Error if it is not of this sensor."""
@@ -301,11 +290,7 @@ class Network:
 
     def _repr_html_(self) -> str:
         """Return its gestures and its card, for a notebook."""
-        rows = "".join(
-            f"<tr><td>{html.escape(name)}</td><td>{html.escape(str(value))}</td></tr>"
-            for name, value in self._bundle.card.items()
-        )
-        return f"{html.escape(repr(self))}<table>{rows}</table>"
+        return f"{html.escape(repr(self))}{html_table(self._bundle.card)}"
 
 
 @checks.sentences()
@@ -316,7 +301,7 @@ def load_network(path: Path | str | None = None) -> Network:
     return Network(data.read_bytes())
 
 
-def network_of(given: Network | Path | str | None, what: str) -> Network:
+def network_of(given: Base, what: str) -> Network:
     """Return a network, that in a file, or the one that ships; Error for anything else."""
     if given is None or isinstance(given, str | Path):
         return load_network(given)

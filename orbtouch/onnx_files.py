@@ -19,6 +19,7 @@ from controller.bundles.inference.onnx_reader import OPERATORS
 from controller.bundles.inference.onnxruntime_engine import EngineError
 from controller.shared.errors import UserError
 from controller.shared.npz import pack
+from orbtouch import checks
 
 # Operators on shapes and constants: those of a fixed input are computed once, here.
 _SHAPES: Final = ("Shape", "Size", "Slice", "Concat", "Expand", "Range", "Where", "Equal", "Div")
@@ -47,10 +48,7 @@ def bundle_of(source: Path | str | bytes, classes: Sequence[str], base: bytes) -
     Raises:
         UserError: The network cannot be used; the message says why.
     """
-    try:
-        import onnx
-    except ImportError:
-        raise UserError("ONNX files need onnx; install it with: pip install onnx") from None
+    onnx = checks.needed("onnx", "an ONNX file", "pip install onnx")
     lent, wanted, order = bundles.parse(base), [*classes], null_first(classes)
     try:
         model = onnx.load_from_string(source) if isinstance(source, bytes) else onnx.load(source)
@@ -199,11 +197,7 @@ def _plain(model: Any) -> tuple[bytes, bool]:
 
 def _head(order: Sequence[int]) -> Head:
     """Return the head whose logits are those of the network, in another order of the classes."""
-    size = len(order)
-    one = np.eye(size, dtype=np.float32)
-    return Head(
-        hidden=np.concatenate([one, -one]),
-        hidden_bias=np.zeros(2 * size, np.float32),
-        out=np.concatenate([one[[*order]], -one[[*order]]], axis=1),
-        out_bias=np.zeros(size, np.float32),
-    )
+    size, one = len(order), np.eye(len(order), dtype=np.float32)
+    hidden, out = np.concatenate([one, -one]), one[[*order]]
+    zero = np.zeros(2 * size, np.float32)
+    return Head(hidden, zero, np.concatenate([out, -out], axis=1), zero[:size])

@@ -153,10 +153,7 @@ class Orb(AbstractContextManager["Orb"]):
         """Return what has happened since the last call, oldest first, without waiting.
 
         It also brings all attributes up to date: call it, or `commands`, once a picture. A contact
-        ends with the link, too.
-
-        Raises:
-            Error: The first connection failed.
+        ends with the link, too. Error if the first connection failed.
         """
         received = self._receiver.poll()
         self._connected = ever_connected(received, self._connected)
@@ -242,11 +239,11 @@ def connect(link: str = VIRTUAL, *, key: Path | str | None = None, **options: Op
         raise UserError(f"link = {link!r}; expected is a port or a URL, such as /dev/rfcomm0")
     secret = b"" if key is None else psk.read(checks.path(key))
     words = _words(options, _VIRTUAL)
-    if words and link != VIRTUAL:
-        raise UserError(f"options are those of a virtual orb; leave them out with {link}")
     if link == VIRTUAL:
         process = VirtualOrbProcess(1, words)
         orb = Orb(Receiver(process.open, token=process.token), process.close)
+    elif words:
+        raise UserError(f"options are those of a virtual orb; leave them out with {link}")
     else:
         orb = Orb(Receiver(lambda: open_transport(link), key=secret))
     orb._receiver.start()
@@ -271,9 +268,8 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
     command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
     command += ["--seconds", f"{duration:g}", *_words(options, (*_VIRTUAL, *_SENSOR))]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    if done.returncode:
-        message = done.stderr.strip().rpartition("controller: ")[2]
-        raise UserError(message or "nothing was recorded")
-    if not path.exists():
-        raise UserError(f"nothing was recorded in {duration:g} s; a second or more is kept")
+    if done.returncode or not path.exists():
+        message = done.stderr.strip().rpartition("controller: ")[2] if done.returncode else ""
+        nothing = f"nothing was recorded in {duration:g} s; a second or more is kept"
+        raise UserError(message or nothing)
     return load_recording(path)

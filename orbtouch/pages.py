@@ -25,13 +25,9 @@ def _docs(argv: list[str]) -> int:
     grammar.add_argument(
         "page", nargs="?", metavar="PAGE", type=lambda word: Path(word).stem, choices=[*pages]
     )
-    name = grammar.parse_args(argv[1:]).page
-    if name is not None:
-        print(pages[name].read_text(encoding="utf-8"), end="")
-        return 0
-    for name, page in pages.items():
-        with page.open(encoding="utf-8") as lines:
-            print(f"{name:16}{next(lines)[2:]}", end="")
+    texts = {name: page.read_text(encoding="utf-8") for name, page in pages.items()}
+    titles = "".join(f"{name:16}{text.splitlines()[0][2:]}\n" for name, text in texts.items())
+    print(texts.get(grammar.parse_args(argv[1:]).page, titles), end="")
     return 0
 
 

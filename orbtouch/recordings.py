@@ -17,7 +17,6 @@ from controller.shared.errors import UserError, how_to_install
 from controller.shared.files import atomic_write
 from models.data.examples import column, labellers
 from orbtouch import arrays, checks, windows
-from orbtouch.results import pandas_of
 from orbtouch.windows import Windows
 
 if TYPE_CHECKING:
@@ -39,10 +38,7 @@ class Recording:
     """
 
     def __init__(
-        self,
-        source: recording.Recording,
-        name: str = "recording",
-        span: slice | None = None,
+        self, source: recording.Recording, name: str = "recording", span: slice | None = None
     ) -> None:
         """Wrap a recording of the implementation; use `load_recording` or `from_arrays`."""
         if not isinstance(source, recording.Recording):
@@ -134,11 +130,9 @@ class Recording:
 
         It is the truth of a simulation, else what people labelled: by button, key or cue.
         """
-        sources = labellers(self._source, least=0)
-        if not sources:
-            return np.full(len(self), "", dtype=np.str_)
-        names = np.array([*self.classes, ""])
-        return np.asarray(names[column(self._source, sources[0])[self._span]])
+        names, sources = np.array([*self.classes, ""]), labellers(self._source, least=0)
+        numbers = column(self._source, sources[0]) if sources else np.full(len(self._source.t), -1)
+        return np.asarray(names[numbers[self._span]])
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -176,9 +170,7 @@ class Recording:
     def __getitem__(self, seconds: "slice[float | None, float | None, None]") -> "Recording":
         """Return the frames of a time, such as `session[2.0:3.5]`, seconds; its end is not in it.
 
-        Raises:
-            TypeError: It is no slice of two times.
-            Error: There is no frame in that time.
+        TypeError if it is no slice of two times; Error if there is no frame in that time.
         """
         given = (seconds.start, seconds.stop, seconds.step) if isinstance(seconds, slice) else ("",)
         if given[2:] != (None,) or any(isinstance(one, str) for one in given):
@@ -215,31 +207,26 @@ class Recording:
         Raises:
             Error: There is no such label, or nothing is to be changed.
         """
-        sources = labellers(self._source, least=0)
-        end = float(np.nextafter(self.t[-1], np.inf))
-        changed = edit.relabel(
-            self._source,
-            float(self.t[0]),
-            end,
-            self.name,
-            label=label,
-            column="label" if sources[:1] in ([], ["true"]) else sources[0],
-            excluded=excluded,
-        )
+        source, where = self._source, self._where
+        known = labellers(source, least=0)
+        own = "label" if known[:1] in ([], ["true"]) else known[0]
+        changed = edit.relabel(source, *where, label=label, column=own, excluded=excluded)
         return Recording(changed, self.name)
+
+    @property
+    def _where(self) -> tuple[float, float, str]:
+        """Begin and end of the slice, seconds, and its name."""
+        return float(self.t[0]), float(np.nextafter(self.t[-1], np.inf)), self.name
 
     def _cut(self) -> recording.Recording:
         """Return what is inside the slice alone, as the implementation has it."""
-        if len(self) == len(self._source.frames):
-            return self._source
-        end = float(np.nextafter(self.t[-1], np.inf))
-        return edit.trim(self._source, float(self.t[0]), end, self.name)
+        whole = len(self) == len(self._source.frames)
+        return self._source if whole else edit.trim(self._source, *self._where)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a table: time as index, a column a taxel ("r0c0" …), and "label"; needs pandas."""
-        pandas = pandas_of("a table")
-        rows, columns = self.frames.shape[1:]
-        names = [f"r{r}c{c}" for r in range(rows) for c in range(columns)]
+        pandas = checks.needed("pandas", "a table", "pip install pandas")
+        names = [f"r{r}c{c}" for r, c in np.ndindex(self.frames.shape[1:])]
         index = pandas.Index(self.t, name="t")
         table = pandas.DataFrame(self.frames.reshape(len(self), -1), index, names)
         return table.assign(label=self.labels)
@@ -249,12 +236,8 @@ class Recording:
 
         Without `axes` a new figure is made. The taxels' readings are in `unit`, less their medians.
         """
-        try:
-            from matplotlib.figure import Figure
-        except ImportError:
-            raise UserError(f"a plot needs Matplotlib; {how_to_install('plot')}") from None
-        if axes is None:
-            axes = Figure(figsize=(9, 3), layout="constrained").add_subplot()
+        figure = checks.needed("matplotlib.figure", "a plot", how_to_install("plot")).Figure
+        axes = axes or figure(figsize=(9, 3), layout="constrained").add_subplot()
         readings = self.frames.reshape(len(self), -1)
         axes.plot(self.t, readings - np.median(readings, axis=0), lw=0.8)
         shaded = {}
@@ -274,12 +257,11 @@ class Recording:
 
     def _repr_html_(self) -> str:
         """Return its summary and, where Matplotlib is there, its plot, for a notebook."""
-        text = html.escape(repr(self)[1:-1])
+        text, picture = html.escape(repr(self)[1:-1]), io.BytesIO()
         try:
             figure: Any = self.plot().figure
         except UserError:
             return text
-        picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=80)
         data = base64.b64encode(picture.getvalue()).decode()
         return f'{text}<br><img alt="{text}" src="data:image/png;base64,{data}">'
@@ -310,14 +292,14 @@ def load_recording(path: Path | str) -> Recording:
 
 def single(given: object) -> Recording:
     """Return a recording, or that in a file; Error for anything else."""
+    if isinstance(given, Recording):
+        return given
     if isinstance(given, str | Path):
         return load_recording(given)
-    if not isinstance(given, Recording):
-        raise UserError(
-            f"a {type(given).__name__} is no recording; give one, or the path of its file; arrays "
-            "become one by Recording.from_arrays"
-        )
-    return given
+    raise UserError(
+        f"a {type(given).__name__} is no recording; give one, or the path of its file; arrays "
+        "become one by Recording.from_arrays"
+    )
 
 
 def several(given: Given | Iterable[Given]) -> list[Recording]:
@@ -361,10 +343,10 @@ def simulate(
     """
     from models.data.simulate import DataSet
 
-    checks.whole(user, "user", 0, 1_000_000)
-    checks.whole(session, "session", 0, 1_000_000)
     given = {"seed": seed, "minutes": minutes, "preset": preset, "hand": hand}
     given |= {"rate_hz": rate_hz, "gestures": gestures}
+    for value, what in ((user, "user"), (session, "session")):
+        checks.whole(value, what, 0, 1_000_000)
     try:
         made = config.settings(DataSet, given).session(user, session)
     except ConfigError as error:

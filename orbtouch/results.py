@@ -1,10 +1,9 @@
 """Results of judging networks: figures with intervals, as numbers, tables and JSON."""
 
 import html
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,10 @@ from controller.shared.errors import UserError, count
 from models.evaluation import bootstrap
 from models.evaluation.evaluate import summarise
 from models.evaluation.event_counts import Tally
+from models.results import storage
 from models.results.evaluation import Figure
 from models.results.verdict import GestureVerdict
+from orbtouch import checks
 
 if TYPE_CHECKING:
     import pandas
@@ -36,6 +37,13 @@ def _values(tallies: Sequence[Tally]) -> dict[str, float]:
             "false_alarms_per_min": false / idle,
             "latency": float(np.median(late)) if len(late) else np.nan,
         }
+
+
+def html_table(rows: Mapping[str, object], head: str = "") -> str:
+    """Return names and values as a table of HTML, for a notebook."""
+    cells = ((html.escape(str(cell)) for cell in row) for row in rows.items())
+    lines = (f"<tr><td>{name.replace('_', ' ')}</td><td>{value}</td></tr>" for name, value in cells)
+    return f"<table>{head}{''.join(lines)}</table>"
 
 
 @dataclass(frozen=True)
@@ -66,18 +74,16 @@ class Figures:
 
     def to_dict(self) -> dict[str, dict[str, float | None]]:
         """Return value, low and high of each figure by name; None: not known."""
-        return {
-            name: {key: None if np.isnan(v) else v for key, v in asdict(one).items()}
-            for name, one in self.figures().items()
-        }
+        return storage.plain(self.figures())  # type: ignore[no-any-return]
 
     def to_json(self) -> str:
         """Return `to_dict` as JSON."""
-        return json.dumps(self.to_dict())
+        return storage.json_text(self.figures())
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a table with a row for each figure; needs pandas."""
-        return pandas_of("a table").DataFrame.from_dict(self.to_dict(), orient="index", dtype=float)
+        table = checks.needed("pandas", "a table", "pip install pandas").DataFrame
+        return table.from_dict(self.to_dict(), orient="index", dtype=float)
 
     def __str__(self) -> str:
         lines = [f"{name:20} {figure}" for name, figure in self.figures().items()]
@@ -85,10 +91,8 @@ class Figures:
 
     def _repr_html_(self) -> str:
         """Return the figures as a table, for a notebook."""
-        cells = [(name.replace("_", " "), str(figure)) for name, figure in self.figures().items()]
-        rows = "".join(f"<tr><td>{a}</td><td>{html.escape(b)}</td></tr>" for a, b in cells)
         of = f"{count(self.sessions, 'session')}; intervals: {INTERVAL}"
-        return f"<table><caption>{of}</caption>{rows}</table>"
+        return html_table(self.figures(), f"<caption>{of}</caption>")
 
 
 @dataclass(frozen=True)
@@ -138,30 +142,19 @@ def evaluation_of(classes: Sequence[str], tallies: Sequence[Tally]) -> Evaluatio
 def compare(a: Evaluation, b: Evaluation) -> Comparison:
     """Return the differences a - b of the figures, paired by recording, with intervals.
 
-    Raises:
-        Error: They are no evaluations, or of different recordings.
+    Error if they are no evaluations, or of different recordings.
     """
     if not (isinstance(a, Evaluation) and isinstance(b, Evaluation)):
         raise UserError("compare takes two evaluations; make them with orbtouch.evaluate")
     ones, others = a._tallies, b._tallies
     if [(t.name, t.events) for t in ones] != [(t.name, t.events) for t in others]:
         raise UserError("the evaluations are of different recordings; evaluate both on the same")
-    whole = np.arange(len(ones))
-    picks = [whole, *np.random.default_rng(0).integers(len(ones), size=(_DRAWS, len(ones)))]
+    drawn = np.random.default_rng(0).integers(len(ones), size=(_DRAWS, len(ones)))
+    picks, found = [np.arange(len(ones)), *drawn], {}
     values = [[_values([some[i] for i in pick]) for pick in picks] for some in (ones, others)]
-    found = {}
     for name in values[0][0]:
-        value, *drawn = [one[name] - other[name] for one, other in zip(*values, strict=True)]
-        known = len(ones) > 1 and np.isfinite(drawn).any()
-        bounds = bootstrap.middle(np.array(drawn)) if known else (np.nan, np.nan)
-        found[name] = Figure(float(value), *bounds)
+        differences = np.array([a[name] - b[name] for a, b in zip(*values, strict=True)])
+        known = len(ones) > 1 and np.isfinite(differences[1:]).any()
+        bounds = bootstrap.middle(differences[1:]) if known else (np.nan, np.nan)
+        found[name] = Figure(float(differences[0]), *bounds)
     return Comparison(len(ones), **found)
-
-
-def pandas_of(what: str) -> Any:
-    """Return pandas; Error if it is missing."""
-    try:
-        import pandas
-    except ImportError:
-        raise UserError(f"{what} needs pandas; install it with: pip install pandas") from None
-    return pandas

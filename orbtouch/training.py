@@ -7,13 +7,12 @@ import shutil
 from collections.abc import Iterable, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, get_args
 
 from controller.bundles import bundle as bundles
 from controller.shared.errors import UserError, how_to_install
-from models.data.examples import CHOICES, WINDOWS, Choice
+from models.data.examples import CHOICES, Choice
 from models.data.recipe import RECIPES
 from models.data.splits import SPLITS
 from models.results import storage
@@ -98,10 +97,8 @@ def train(
     checks.one_of(split, "split", ("", *SPLITS))
     checks.one_of(resume, "resume", ("auto", "new"))
     checks.whole(seed, "seed", 0, 2**32 - 1)
-    if window != 0:
-        checks.whole(window, "window", *WINDOWS)
-    if epochs is not None:
-        checks.whole(epochs, "epochs", 0, 100_000)
+    checks.window(window)
+    checks.whole(0 if epochs is None else epochs, "epochs", 0, 100_000)
     places, more, strangers = map(_paths, (paths, auxiliary, others))
     given = (places, checks.path(out), task, recipe, labels, all, window, seed, split)
     names = [gestures] if isinstance(gestures, str) else gestures
@@ -128,8 +125,7 @@ class _Progress(io.StringIO):
 
 
 def _trained(request: Request, resume: str) -> Training:
-    if find_spec("torch") is None:
-        raise UserError(f"training needs PyTorch; {how_to_install('train')}")
+    checks.needed("torch", "training", how_to_install("train"))
     from models.training import train as driver
     from models.training.checkpoint import CheckpointError
 
@@ -147,16 +143,13 @@ def _trained(request: Request, resume: str) -> Training:
         return _trained(request, "new")
     parts = {name: getattr(made, name, None) for name in ("gesture", "location")}
     found = {name: part for name, part in parts.items() if part is not None}
-    return Training(
-        load_network(request.out),
-        {name: part.honesty.figure for name, part in found.items()},
-        {name: part.epochs for name, part in found.items()},
-        getattr(made, "advice", ()),
-    )
+    scores = {name: part.honesty.figure for name, part in found.items()}
+    curve = {name: part.epochs for name, part in found.items()}
+    return Training(load_network(request.out), scores, curve, getattr(made, "advice", ()))
 
 
 def _paths(given: Paths) -> tuple[Path, ...]:
     """Return one path or several; Error for anything else."""
-    several = isinstance(given, Iterable) and not isinstance(given, str | Recording)
-    each: Iterable[object] = given if several else [given]  # type: ignore[assignment]
-    return tuple(map(checks.path, each))
+    if isinstance(given, Iterable) and not isinstance(given, str | Recording):
+        return tuple(map(checks.path, given))
+    return (checks.path(given),)
