@@ -208,6 +208,7 @@ class Pipeline:
         """
         self._number = self._number + 1 if number is None else number
         self._preprocessor.learn()  # of the last frame, if `check_health` did not call it
+        self._preprocessor.answered = self._held in self._steady
         prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
         if self.mark is not None:
@@ -247,6 +248,7 @@ class Pipeline:
         self._strength = settings.strength
         self._contact, self._radius = settings.contact, settings.radius
         self._contacts = settings.contacts
+        self._steady = set(settings.contact.several).difference(settings.debounce.slow)
         self._refused = False  # the touch that is held was too wide or narrow for its gesture
         rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz, _turn(settings))

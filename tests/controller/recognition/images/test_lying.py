@@ -90,3 +90,14 @@ def test_none_is_looked_for_unless_the_bundle_says_so() -> None:
     off = LyingContact(5, 5, RATE_HZ, share=0.0)
     assert seen(off, [*LYING, *(LYING[0] + one for one in landing(FINGER))]) == []
     assert off.state() == {}
+
+
+@pytest.mark.parametrize("answered", [False, True])
+def test_fingers_that_were_answered_may_relax_while_another_one_lands(answered: bool) -> None:
+    beside, relaxed = stage(), contact(THUMB, 0.2) * 0.7
+    fading = [LYING[0] - relaxed * min(1.0, n / 4) + one for n, one in enumerate(landing(FINGER))]
+    found = [
+        beside.step((1.0 + image).astype(np.float32), NOISE, answered=answered)
+        for image in [*UNTOUCHED, *LYING, *fading]
+    ]
+    assert any(found) == answered
