@@ -27,18 +27,6 @@ Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 _WAYS: Final = 2  # clockwise and counter-clockwise
-# Entries that the state of older recordings lacks; they begin with their initial values.
-LATER: Final = (
-    *("preprocess.recently", "preprocess.lies", "preprocess.since"),
-    *("preprocess.answers", "preprocess.answered", "preprocess.noise", "preprocess.firm"),
-    *("touch.noise", "touch.skip"),
-    *("debounce.sum", "debounce.peak", "debounce.frames", "debounce.queue", "debounce.here"),
-    *("debounce.tapped", "debounce.levels", "debounce.lasting"),
-    *("debounce.recent", "debounce.turned"),
-    *("contact.level", "contact.slow", "contact.refused"),
-    *("moving.before", "moving.averages", "moving.age"),
-)
-FORMER: Final = ("preprocess.recent", "preprocess.local")  # entries of older recordings only
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,8 +293,6 @@ class Pipeline:
             ValueError: The state belongs to another bundle or sensor, or is damaged.
         """
         own = self.state()
-        state = {key: array for key, array in state.items() if key not in FORMER}
-        state = {**{key: own[key] for key in LATER if key in own}, **state}
         if set(state) != set(own) or any(_unlike(state[key], own[key]) for key in own):
             raise ValueError("the state is of another bundle or sensor")
         if self._ratio and not (state["preprocess.rest"] > 0.0).all():

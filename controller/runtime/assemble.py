@@ -24,7 +24,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.links import PRINT, Link, open_link
 from controller.recognition.images.frames import same_rate
 from controller.recognition.mapping import Mapping
-from controller.recognition.pipeline import FORMER, LATER, Pipeline
+from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recording import refuse_misfit
 from controller.runtime.device import Device, VirtualHand
@@ -308,7 +308,7 @@ def _pipeline(
         return Pipeline(settings, recognizer, mapping, None, user, signal)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user, signal)
     own = set(pipeline.state())
-    if set(source.state).difference(FORMER) | (own & set(LATER)) != own:
+    if set(source.state) != own:
         _log.warning(
             "another program version made this recording: it is replayed without its initial state"
         )
