@@ -2,7 +2,7 @@
 
 from typing import Final, TypeGuard
 
-from controller.shared.protocol.messages import Command, ContactState, Message, Welcome
+from controller.shared.protocol.messages import LATE_MS, Command, ContactState, Message, Welcome
 from host.actions import ACTIONS
 from host.aim import Aim, Touch
 from host.ui.orb_state import OrbState
@@ -27,6 +27,7 @@ class Aiming:
         """Follow the setting of a stage, and the gestures of an orb."""
         self._stage, self._orb = stage, orb
         self._aim, self.given = Aim(), False
+        self._lacks = False  # whether a command came in time, and no contact before
         self._rows = 4  # of the dome, less one
         self._steered = False  # whether the touch has moved the piece
 
@@ -43,6 +44,7 @@ class Aiming:
     def connected(self, welcome: Welcome) -> None:
         """Begin with an orb."""
         self._aim, self.given = Aim(welcome.rows, welcome.columns), False
+        self._lacks = False
         self._rows = max(1, welcome.rows - 1)
 
     def lost(self) -> None:
@@ -57,6 +59,8 @@ class Aiming:
         """Take a contact or a command, at the orb's time; return whether it is for Aim alone."""
         contact = message if isinstance(message, ContactState) else None
         self.given |= contact is not None
+        if isinstance(message, Command):
+            self._lacks = max(self._ages_ms(), default=0.0) <= LATE_MS
         if self.plays(screen) and (contact or isinstance(message, Command)):
             self._steer(message, t_s, screen, now_s)
             return True
@@ -94,11 +98,18 @@ class Aiming:
         lit = sorted({x for x, _ in game.piece.cells}) if game.in_play else []
         return Columns(game.config.columns, *((lit[0], len(lit)) if lit else (0, 0)))
 
-    def hint(self, last: Command | None, *, mouse: bool) -> str:
-        """Return the key of what to do, or of what is missing once there was a command; or ""."""
+    def hint(self, *, mouse: bool) -> str:
+        """Return the key of what to do, or of why touches do not steer; or ""."""
+        ages_ms = self._ages_ms()
+        if self.wanted and ages_ms and ages_ms[len(ages_ms) // 2] > LATE_MS:
+            return "aim.late"
         if self.on:
             return "aim.mouse" if mouse else "aim.touch"
-        return "aim.lacks" if self.wanted and last is not None else ""
+        return "aim.lacks" if self.wanted and self._lacks else ""
+
+    def _ages_ms(self) -> list[float]:
+        """Return the ages of recent frames, ascending; the link drops contacts of late ones."""
+        return self._orb.latency.recent_ms() if self._orb.latency else []
 
 
 def _touch(contact: ContactState) -> Touch | None:

@@ -329,7 +329,7 @@ class OrbApp(Orb):
         if self.virtual and self.touch.two_fingers:
             return words("orb.two_fingers")
         playing, last = isinstance(self.stage.screen, PlayScreen), self.orb.last
-        if playing and (hint := self.aiming.hint(last, mouse=self.virtual)):
+        if playing and (hint := self.aiming.hint(mouse=self.virtual)):
             return words(hint)
         return words("orb.first_touch") if self.virtual and not last else ""
 

@@ -15,6 +15,7 @@ from host.connection.receiver import Delivered, Received
 
 FRAMES: Final = 600  # that count: a minute at 10 a second
 _SHARES: Final = (50.0, 95.0, 99.0)
+_RECENT: Final = 20  # frames
 
 
 class EndToEndLatency:
@@ -57,6 +58,10 @@ class EndToEndLatency:
         if self._taken_ms is not None:
             self._draw.append(self._clock_ns() / 1e6 - self._taken_ms)
             self._taken_ms = None
+
+    def recent_ms(self) -> list[float]:
+        """Return the ages of the last frames when they came here, ascending; [] if unknown."""
+        return sorted([*self._arrive][-_RECENT:])
 
     def digest(self) -> list[StageTime]:
         """Return what is known: in the orb, from its schedule to here, and to the screen."""

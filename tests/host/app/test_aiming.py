@@ -8,6 +8,7 @@ import pytest
 
 from controller.shared.protocol.messages import Command, ContactState
 from host.app.screens.learn import LearnScreen
+from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Delivered, Lost
 from tests.support.app_window import FELT, READY_S, Window, playing
 from tests.support.rise import Rise
@@ -97,6 +98,19 @@ def test_a_press_gives_no_command_where_the_orb_gives_contacts() -> None:
     assert columns(window) == aimed
     window.pass_s(1.0, Delivered(Command("drop", "pinch", 0.99, (2.0, 2.0), 1), 0))
     assert window.game.pieces_placed == 1  # a pinch has a place, too
+
+
+@pytest.mark.parametrize(("age_ms", "key"), [(400, "aim.late"), (40, "aim.lacks")])
+def test_contacts_that_a_busy_computer_drops_are_no_missing_estimate(age_ms: int, key: str) -> None:
+    window = playing()
+    ages = window.app.orb.latency = EndToEndLatency(lambda: 0, clock_ns=lambda: 10**9)
+    ages.on_received([Delivered(FELT.message, 1000 - age_ms)] * 20)
+    window.pass_s(0.1, press_command("left"))
+    assert window.app.orb.hint == window.app.words(key)
+    if key == "aim.late":
+        ages.on_received([Delivered(FELT.message, 1000)] * 20)
+        window.pass_s(0.1)
+        assert window.app.orb.hint == ""  # known by the next touch
 
 
 def test_the_player_may_choose_buttons_and_the_choice_is_kept(tmp_path: Path) -> None:
