@@ -33,6 +33,7 @@ from tetris.window.view import Figure, GameView
 
 _ICON: Final = 1.1  # of the letters' size
 _LETTERS: Final = 44  # of a sentence in a line of a table
+_FITS: Final = 250  # design units of a column whose letters are as large as the player wants
 _LEAST, _MOST = 0.36, 0.5  # of a game page's width, for the column
 _BOARD: Final = 0.97  # of the area's height, a board's width with what stands beside it
 _EDGE: Final = 30  # left of letters and above them, design units like all below
@@ -158,9 +159,11 @@ class OrbScreen(MenuScreen):
             return said(self.words, bundle_upload.outcome(upload)), None
         return self.words(f"install.{upload.stage}"), upload.offset / upload.size
 
-    def draw_lines(self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line]) -> int:
+    def draw_lines(
+        self, surface: pygame.Surface, inner: pygame.Rect, lines: Sequence[Line], unit: float
+    ) -> int:
         """Draw paragraphs in a rectangle as far as they fit; return where they end."""
-        unit, top = self._stage.unit, inner.top
+        top = inner.top
         for line in lines:
             size, left = max(1, round(line.size * unit)), inner.left
             high = theme.font(size).get_linesize()
@@ -229,9 +232,11 @@ class GamePage(OrbScreen):
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the column and the game."""
-        area, unit = self._stage.area, self._stage.unit
+        area, scale = self._stage.area, max(1.0, self._stage.settings.scale / 100)
         surface.fill(self._stage.look.palette.background)
-        wide = min(max(area.width - _BOARD * area.height, _LEAST * area.width), _MOST * area.width)
+        least = min(_MOST, _LEAST * scale) * area.width
+        wide = min(max(area.width - _BOARD * area.height, least), _MOST * area.width)
+        unit = min(self._stage.unit, wide / _FITS)
         column = pygame.Rect(0, 0, round(wide), area.height)
         beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
         view = self._game_view
@@ -244,5 +249,5 @@ class GamePage(OrbScreen):
         items = pygame.Rect(0, 0, column.width, high)
         items.bottom = min(area.bottom - edge // 2, view.layout.board.bottom)
         inner = pygame.Rect(edge, column.top, column.width - edge, items.top - column.top)
-        self.draw_lines(surface, inner, self.lines(time_s))
+        self.draw_lines(surface, inner, self.lines(time_s), unit)
         self._view.draw(surface, items, menu, self.selected, unit)

@@ -1,9 +1,10 @@
 """Pictures of every page of the application, in sizes, themes and languages.
 
     python -m tests.system.pictures DIR [--size 1280x720 ...] [--theme dark ...] [--language en ...]
+        [--scale 100]
 
-One sheet for each combination, DIR/1280x720-dark-en.png, with all pages that doors lead to; with
---single a file a page instead. A virtual orb in a process of its own fills the panel; no display
+One sheet for each combination, DIR/1280x720-dark-en-100.png, with all pages that doors lead to, or
+with --single a file a page. A virtual orb in a process of its own fills the panel; no display
 is needed.
 """
 
@@ -12,7 +13,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -83,13 +84,13 @@ class Shelf(Orbs):
 
 
 class Album:
-    """The application in one size, theme and language, and the pages it has shown."""
+    """The application in one size and look, and the pages it has shown; `look` is of `Settings`."""
 
     def __init__(
-        self, size: tuple[int, int], theme: str, language: str, orb: Sequence[Received]
+        self, size: tuple[int, int], look: Mapping[str, Any], orb: Sequence[Received]
     ) -> None:
         self._surface = window_loop.window(headless=True, size=size)
-        self._look: dict[str, Any] = {"theme": theme, "language": language, "introduced": True}
+        self._look = {**look, "introduced": True}
         self._orb = orb
         self._described = [
             item
@@ -166,6 +167,7 @@ def main() -> int:
     parser.add_argument("--size", nargs="*", default=SIZES)
     parser.add_argument("--theme", nargs="*", default=THEMES)
     parser.add_argument("--language", nargs="*", default=LANGUAGES)
+    parser.add_argument("--scale", type=int, default=100, help="size of letters, percent")
     parser.add_argument("--single", action="store_true", help="a file a page")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -181,8 +183,9 @@ def _save_all(options: argparse.Namespace) -> None:
         width, height = map(int, size.split("x"))
         for theme in options.theme:
             for language in options.language:
-                pages = dict(Album((width, height), theme, language, orb).pages())
-                stem = f"{size}-{theme}-{language}"
+                look = {"theme": theme, "language": language, "scale": options.scale}
+                pages = dict(Album((width, height), look, orb).pages())
+                stem = f"{size}-{theme}-{language}-{options.scale}"
                 files = pages if options.single else {"": sheet(list(pages.values()))}
                 for name, picture in files.items():
                     path = options.folder / f"{stem}{name and '-'}{name}.png"

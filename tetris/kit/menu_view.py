@@ -126,6 +126,9 @@ class MenuView:
         self, area: pygame.Rect, inner: pygame.Rect, items: Sequence[Item], selected: int
     ) -> None:
         high, count = self._high, len(items)
+        least = max(_LEAST_TARGET, theme.font(self._px(_LETTERS)).get_linesize())
+        if least * count <= inner.height < high * count:
+            high = inner.height // count
         room = max(1, inner.height // high)
         top = min(selected, count - 1)
         self._first = max(min(self._first, top, max(0, count - room)), top - room + 1)
@@ -223,7 +226,8 @@ class MenuView:
         if item.caps:
             right = self._draw_caps(right, middle, item.caps, colour)
         elif words := item.late() if item.late else item.value:
-            widest = round(place.width * _MOST)
+            room = place.width - self._px(12 + 2 * _BESIDE * bool(item.step))
+            widest = round(room * _MOST)
             value = theme.fitted(words, self._px(_VALUE), colour, widest)
             self._surface.blit(value, value.get_rect(midright=(right, middle)))
             right -= value.get_width() if item.share is None else self._px(_NUMBER)

@@ -116,7 +116,7 @@ class LabScreen(OrbScreen):
         pen = Pen(surface, stage.look.palette, unit)
         dim = stage.look.palette.dim
         lines = [Line(text, _LETTERS, dim, after=4) for text in self._sentences()]
-        top = self.draw_lines(surface, area, lines)
+        top = self.draw_lines(surface, area, lines, unit)
         area.height, area.top = area.bottom - top, top
         grid = area.copy()
         grid.width = round(area.width * 0.66)

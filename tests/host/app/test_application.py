@@ -28,10 +28,12 @@ def test_the_orb_steers_the_menu_and_begins_a_game() -> None:
 
 
 @pytest.mark.parametrize("size", [(640, 360), (1024, 640), (1920, 1080), (720, 1280)])
+@pytest.mark.parametrize("scale", [100, 160])
 def test_home_has_six_items_that_are_seen_at_once_and_quit_in_the_corner(
-    size: tuple[int, int],
+    size: tuple[int, int], scale: int
 ) -> None:
     window = Window(size=size)
+    window.app.stage.change(replace(window.app.stage.settings, scale=scale))
     window.app.orbs = SimpleNamespace(tick=list)  # type: ignore[assignment]
     window.pass_s(0.1)
     home = window.app.stage.screen
@@ -39,8 +41,7 @@ def test_home_has_six_items_that_are_seen_at_once_and_quit_in_the_corner(
     *names, corner = [item.label for item in home.menu.items]
     assert names == ["Play", "Learn", "Teach", "Watch", "Orb", "Settings"]
     assert (home.menu.title, corner) == ("OrbTouch", "Quit")
-    if size != (640, 360):
-        assert len(home.spots) == 7
+    assert len(home.spots) == 7
     assert home.spots[-1].place.bottom <= home.spots[0].place.top  # beside the title
 
 

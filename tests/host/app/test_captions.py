@@ -1,4 +1,4 @@
-"""Captions have room: no page cuts a word in the smallest window, in any language."""
+"""Captions have room: no page cuts a word in small windows or at large sizes of text."""
 
 from dataclasses import replace
 
@@ -34,10 +34,11 @@ def cut(monkeypatch: Patch) -> list[str]:
 
 
 @pytest.mark.parametrize("name", language.names())
-def test_no_caption_is_cut_in_the_smallest_window(name: str, cut: list[str]) -> None:
+@pytest.mark.parametrize(("size", "scale"), [((640, 360), 100), ((1024, 640), 160)])
+def test_no_caption_is_cut(size: tuple[int, int], scale: int, name: str, cut: list[str]) -> None:
     told = FakeOrb().described()
     orb: list[Received] = [Connected(WELCOME), *(Delivered(one, 0) for one in told)]
-    for page, _ in Album((640, 360), "light", name, orb).pages():
+    for page, _ in Album(size, {"language": name, "scale": scale}, orb).pages():
         assert not cut, page
 
 

@@ -41,6 +41,7 @@ _KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved gestur
 _SHOWN: Final = 6  # examples, the newest
 _BESIDE: Final = 0.9  # of the height: in a narrower window the pictures stand below the items
 _COLUMN: Final = 0.54  # of the width, for the items
+_FITS: Final = 375  # design units of a column whose items need no smaller letters
 
 Mode = Literal["examples", "learning", "trial"]
 
@@ -290,8 +291,9 @@ class GesturePage(PicturePage):
             column.height = side.top = area.height // 2
             side.height = area.height - side.top
         column.top += self.px(28)
-        column.height -= self.px(28)
-        self._view.draw(surface, column, self.menu, self.selected, self._stage.unit)
+        column.height -= self.px(40)
+        unit = min(self._stage.unit, column.width / _FITS)
+        self._view.draw(surface, column, self.menu, self.selected, unit)
         side = side.inflate(-self.px(32), -self.px(44))
         self.write(surface, self._cue(), 32, side.midtop, side.width, dim=not self._ready)
         side.top, side.height = side.top + self.px(46), side.height - self.px(46)
