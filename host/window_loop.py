@@ -18,6 +18,7 @@ from tetris.kit.display import DisplayError, open_window, set_fullscreen, show_i
 FRAMES_PER_S = 60
 _EARLY_S = 0.5 / FRAMES_PER_S  # the loop's own steps are too coarse to wait any longer
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
+_TICKS = 5  # for each picture of an idle page: messages are taken, and events seen
 _ICON = 56  # radius of the dome that is the window's icon, pixels
 
 
@@ -67,7 +68,7 @@ def play(
             target.draw(surface)
             pygame.display.flip()
             drawn()
-        pace.tick(FRAMES_PER_S)
+        pace.tick(min(FRAMES_PER_S, _TICKS * target.frames_hz))
         over = target.closed or bool(stopped) or (seconds is not None and now_s >= seconds)
         playing = playing and not over
 

@@ -43,7 +43,7 @@ _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
 _TWO_FINGERS: Final = pygame.K_2
 _ARMED: Final = "disarmed", "armed"
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
-_UNUSED_HZ, _IDLE_HZ, _LIVELY_HZ = 4, 10, 60  # pictures a second
+_UNUSED_HZ, _IDLE_HZ, _LIVELY_HZ = 3, 10, 60  # pictures a second
 _UNUSED_S: Final = 10.0  # without input, after which a menu is drawn least often
 
 

@@ -43,7 +43,7 @@ class TouchWatch:
 
         A touch ends when nothing has touched for the pause, or when it lasts too long.
         """
-        level = float(np.sqrt(np.mean(deviation**2)))
+        level = math.sqrt(float(np.vdot(deviation, deviation)) / deviation.size)
         touches = bool(np.abs(deviation).max(initial=0.0) >= TOUCHED)
         passed_s, self._last_s = now_s - self._last_s, now_s
         if self._rest is None:

@@ -31,6 +31,7 @@ _LIGHT: Final[Colour] = (255, 238, 226)  # marks on the dome, whose colours no t
 _USUAL: Final = 4  # gestures
 _LEAST: Final = 80  # pixels; nothing is drawn into a narrower or lower panel
 _VISIBLE: Final = 0.012  # change of z - 1 from which the heat map is drawn anew
+_RESTS: Final = 0.03  # |z - 1| that is noise: the map of a dome below it is empty
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,17 +125,19 @@ class Panel:
     def _keep_heat(self, view: OrbState) -> None:
         """Draw the heat map anew if it differs visibly."""
         side = 2 * self.layout.radius
+        rests = float(np.abs(view.shown).max(initial=0.0)) < _RESTS
+        shown = np.zeros_like(view.shown) if rests else view.shown
         same = (
             self._heat is not None
             and self._felt is not None
             and self._heat.get_width() == side
-            and self._felt.shape == view.shown.shape
-            and float(np.abs(self._felt - view.shown).max(initial=0.0)) < _VISIBLE
+            and self._felt.shape == shown.shape
+            and float(np.abs(self._felt - shown).max(initial=0.0)) < _VISIBLE
         )
         if not same:
-            self._felt = view.shown.copy()
+            self._felt = shown.copy()
             self._heats += 1
-            self._heat = self._field.draw(view.shown, self.projection.pad.radius, side)
+            self._heat = self._field.draw(shown, self.projection.pad.radius, side)
 
     def _compose(self, view: OrbState, now_s: float, rows: GestureRows) -> None:
         words, palette = self._look.words, self._look.palette
