@@ -24,6 +24,7 @@ from tetris.kit.settings import Settings
 from tetris.kit.theme import PALETTES
 from tetris.window.app import App, Start
 from tetris.window.game_session import Saves, Session
+from tetris.window.menu_screen import MenuScreen
 
 SIZE: Final = (1120, 720)
 WIDTH: Final = 800  # of the pictures, which keeps them small
@@ -54,6 +55,14 @@ class Photographer:
                 self._now_s += FRAME_S
                 self.app.step(self._now_s, [pygame.event.Event(kind, key=key)])
         self.wait(0.1)
+
+    def choose(self, *labels: str) -> None:
+        """Take items of menus, one after another."""
+        for label in labels:
+            screen = self.app.stage.screen
+            assert isinstance(screen, MenuScreen)
+            number = [item.label for item in screen.menu.items].index(label)
+            self.press(*[_DOWN] * ((number - screen.selected) % len(screen.menu.items)), _ENTER)
 
     def take(self, name: str) -> None:
         height = round(SIZE[1] * WIDTH / SIZE[0])
@@ -101,20 +110,24 @@ def take_menus(target: Path, data: Path) -> None:
     visit = Photographer(target, data)
     visit.wait(14.0)
     visit.take("title")
-    visit.press(*[_DOWN] * 3, _ENTER, pygame.K_RIGHT, pygame.K_RIGHT)
+    visit.choose("Play", "Best games")
+    visit.press(pygame.K_RIGHT, pygame.K_RIGHT)
     visit.take("best")
-    visit.press(_BACK, _DOWN, _ENTER)
+    visit.press(_BACK)
+    visit.choose("Replays")
     visit.take("replays")
     visit.press(_ENTER)
     visit.wait(9.0)
     visit.take("replay")
-    visit.press(_BACK, _BACK, _DOWN, _ENTER)
+    visit.press(_BACK, _BACK, _BACK)
+    visit.choose("Settings")
     visit.take("settings")
-    for page in ("handling", "keys", "pads", "screen", "sound"):
-        visit.press(_ENTER)
-        visit.take(f"settings-{page}")
-        visit.press(_BACK, _DOWN)
-    visit.press(_BACK, *[pygame.K_UP] * 5, _ENTER)
+    for page in ("Handling", "Keys", "Game pad", "Screen", "Sound"):
+        visit.choose(page)
+        visit.take(f"settings-{page.lower().replace('game pad', 'pads')}")
+        visit.press(_BACK)
+    visit.press(_BACK)
+    visit.choose("Play", "Start")
     visit.wait(1.2)
     for column in (3, 0, 2, 1, 3, 2, 0):
         visit.press(*[pygame.K_LEFT] * column, pygame.K_SPACE, *[pygame.K_RIGHT] * column)

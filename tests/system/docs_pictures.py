@@ -2,7 +2,7 @@
 
     python -m tests.system.docs_pictures
 
-Writes docs/pictures/app-*.png, teach.gif, play.gif and traces.png in about four
+Writes docs/pictures/app-*.png, tetris-*.png, teach.gif, play.gif and traces.png in about six
 minutes: a script moves the pointer, and a virtual orb in a process of its own feels it. No display
 is needed; the films need Pillow, which `[train]` brings.
 """
@@ -33,6 +33,7 @@ from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.targets import SIZE
 from host.window_loop import window
+from tests.benchmarks import tetris_pictures
 from tetris.kit.theme import DARK
 from tetris.window.app import Start
 from tetris.window.menu_screen import MenuScreen
@@ -329,6 +330,7 @@ def traces() -> None:
 def main() -> int:
     """Save all."""
     traces()
+    tetris_pictures.take_all(PICTURES)
     with tempfile.TemporaryDirectory() as home:
         os.environ.update(XDG_CONFIG_HOME=home, XDG_DATA_HOME=home)
         camera = Camera()
