@@ -9,6 +9,7 @@ from typing import Final
 
 import pygame
 
+from controller.shared.notices import Notice
 from controller.shared.protocol.messages import Command, Message, Report, State, UploadStatus
 from host.actions import ACTIONS, HeldGestures
 from host.app.aiming import Aiming
@@ -24,6 +25,7 @@ from host.app.screens.phone import PhoneScreen
 from host.app.screens.teach.gesture import GesturePage
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import SIZE, TargetOptions
+from host.ui.naming import said
 from host.ui.orb_state import pulse_strength
 from host.ui.panel.panel import Panel
 from host.ui.panel.panel_layout import Dock
@@ -31,7 +33,7 @@ from tetris.engine.board import EMPTY
 from tetris.engine.events import Event
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
-from tetris.kit.language import Words
+from tetris.kit.language import FALLBACK, Words
 from tetris.kit.menu import Item, MenuStep
 from tetris.kit.stage import Screen, Stage
 from tetris.window.app import App, Start
@@ -82,9 +84,10 @@ class OrbApp(Orb):
             config=config,
             data=data,
             sound=sound,
-            items=self._items,
+            items=lambda stage: [*self._guides.items(stage), *self._orb_items(stage)],
         )
-        self.stage.name = "OrbTouch"
+        self.stage.name, self.stage.told = "OrbTouch", self._told
+        self.stage.notice = self._told(self.stage.notice)  # of reading the settings
         self.panel = Panel()
         self.stage.watch = self._happened
         self._correcting = CorrectionKeys(self.send)
@@ -112,6 +115,13 @@ class OrbApp(Orb):
         """The language of the window."""
         return self.stage.look.words
 
+    def _told(self, sentence: str) -> str:
+        """Return a notice in the language in use; of English text one that leads to it."""
+        if not sentence or self.words.name == FALLBACK or isinstance(sentence, Notice):
+            return said(self.words, sentence)
+        self.originals[sentence] = None
+        return self.words("orb.trouble")
+
     @property
     def fullscreen(self) -> bool:
         """Whether the player wants the window to fill the screen."""
@@ -120,9 +130,6 @@ class OrbApp(Orb):
     @fullscreen.setter
     def fullscreen(self, wanted: bool) -> None:
         self.stage.change(replace(self.stage.settings, fullscreen=wanted))
-
-    def _items(self, stage: Stage) -> Sequence[Item]:
-        return [*self._guides.items(stage), *self._orb_items(stage)]
 
     def _orb_items(self, stage: Stage) -> list[Item]:
         """Return the item that leads to the orbs, if the program can change them."""

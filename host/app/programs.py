@@ -6,6 +6,7 @@ begins disarmed, and presses only keys of the mapping.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -141,13 +142,15 @@ class Programs:
         except BackendError as error:
             self.said = str(error)
             return
-        self._target = KeysTarget(key_map, sender, self._say, lambda armed: None)
+        say = partial(setattr, self, "said")
+        self._target = KeysTarget(key_map, sender, say, lambda armed: None)
 
     def stop(self) -> None:
         """Release all keys, and switch it off."""
         target, self._target = self._target, None
         if target is not None:
             target.close()
+            self.said = ""
 
     def hot_key(self, name: str) -> bool:
         """Take a key of the window; return whether it arms, or changes the profile."""
@@ -167,9 +170,6 @@ class Programs:
         self._behind = behind
         self._target.tick(now_s, [item for item in received if behind or not _acts(item)])
         self.profile = self._target.profile
-
-    def _say(self, line: str) -> None:
-        self.said = line
 
 
 def _acts(item: Received) -> bool:

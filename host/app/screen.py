@@ -17,7 +17,6 @@ from host.connection import bundle_upload
 from host.connection.bundle_upload import BundleUpload
 from host.targets import Target
 from host.ui import sprites
-from host.ui.naming import said
 from host.ui.orb_state import OrbState
 from tetris.engine.events import Event
 from tetris.engine.game import Game
@@ -33,8 +32,8 @@ from tetris.window.view import Figure, GameView
 
 _ICON: Final = 1.1  # of the letters' size
 _LETTERS: Final = 44  # of a sentence in a line of a table
-_FITS: Final = 250  # design units of a column whose letters are as large as the player wants
 _LEAST, _MOST = 0.36, 0.5  # of a game page's width, for the column
+_FITS: Final = 250  # design units of a column whose letters are as large as the player wants
 _BOARD: Final = 0.97  # of the area's height, a board's width with what stands beside it
 _EDGE: Final = 30  # left of letters and above them, design units like all below
 
@@ -48,6 +47,7 @@ class Orb(Target):
         note: A sentence under the dome; "": the usual ones.
         lessons: What it reported about teaching, and the requests about that.
         screen_touched: Whether fingers on a touch screen have touched it.
+        originals: English sentences of which the window says in its language that there are some.
         upload: The installation of a bundle under way, or the last one; None before.
     """
 
@@ -56,6 +56,7 @@ class Orb(Target):
         self.ghost: tuple[Contact, ...] = ()
         self.zones, self.note = False, ""
         self.lessons = Lessons(self.send, first=int(time.time()))  # no example had this number
+        self.originals: dict[str, None] = {}
         self.upload: BundleUpload | None = None
         self.screen_touched = False
         self._due: list[Message] = []  # for the orb
@@ -156,7 +157,7 @@ class OrbScreen(MenuScreen):
         if upload is None:
             return "", None
         if upload.over:
-            return said(self.words, bundle_upload.outcome(upload)), None
+            return self._stage.told(bundle_upload.outcome(upload)), None
         return self.words(f"install.{upload.stage}"), upload.offset / upload.size
 
     def draw_lines(

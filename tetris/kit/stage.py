@@ -86,6 +86,7 @@ class Stage:
         self.sounds.set_volumes(settings)
         self.pads = Pads()
         self.notice = ""  # a sentence that the player should read
+        self.told: Callable[[str], str] = str  # what is shown of a sentence that is English
         self.area = area  # the window, in pixels
         self.time_s = 0.0  # by the clock of the window
         self.kept = False  # whether the window still shows the last picture of its screen
@@ -136,7 +137,8 @@ class Stage:
         """Take over what the player has chosen, and keep it."""
         before, self.settings = self.settings, settings
         if self._folder is not None:
-            self.notice = settings_file.save(self._folder / settings_file.FILE_NAME, settings)
+            path = self._folder / settings_file.FILE_NAME
+            self.notice = self.told(settings_file.save(path, settings))
         self.sounds.set_volumes(settings)
         if any(getattr(before, name) != getattr(settings, name) for name in SECTIONS["screen"]):
             self.look = Look(settings)

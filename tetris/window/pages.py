@@ -231,7 +231,9 @@ def best_screen(stage: Stage, saves: Saves, attract: AttractMode, first: str) ->
         table = _table(entries, MODES[name].ranking, words) if entries else none
         games, won = saves.records.games(name, start)
         played = words("best.games", games=games, won=won) if won < games else ""
-        return Menu(words("best.title"), items, table, notice=saves.records.trouble or played)
+        return Menu(
+            words("best.title"), items, table, notice=stage.told(saves.records.trouble) or played
+        )
 
     return MenuScreen(stage, build, attract=attract)
 

@@ -174,7 +174,7 @@ class ScreenFlow:
 
     def _over(self, screen: PlayScreen) -> None:
         kept, leave = self._saves.keep(screen.session), self._stage.home
-        self._stage.notice = kept.notice
+        self._stage.notice = self._stage.told(kept.notice)
         build = partial(self._results, screen.session, kept)
         self._stage.push(
             MenuScreen(self._stage, build, behind=screen, back=leave, quiet_s=_QUIET_S)
@@ -192,14 +192,14 @@ class ScreenFlow:
             Item(words("menu.watch"), lambda: self._watch(Player(session.recorder.replay()))),
             Item(words("menu.leave"), self._stage.home),
         )
-        return Menu(words(title), items, table, notice=kept.notice)
+        return Menu(words(title), items, table, notice=self._stage.notice)
 
     def _restart(self, screen: PlayScreen) -> None:
         self._saves.keep(screen.session)
         self.play(screen.session.mode)
 
     def _leave(self, screen: PlayScreen) -> None:
-        self._stage.notice = self._saves.keep(screen.session).notice
+        self._stage.notice = self._stage.told(self._saves.keep(screen.session).notice)
         self._stage.home()
 
     def toggle_help(self) -> None:
@@ -218,7 +218,7 @@ class ScreenFlow:
         try:
             replay = load(path)
         except ReplayError as error:
-            self._stage.notice = str(error)
+            self._stage.notice = self._stage.told(str(error))
             return
         self._stage.notice = ""
         self._watch(Player(replay))

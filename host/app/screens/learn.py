@@ -159,7 +159,6 @@ class LearnScreen(GamePage):
         self._told = self._right_s = None
         self._since_s = self._stage.time_s
         self.selected = 0
-        self.rebuild()
 
     # -- what is seen --------------------------------------------------------------------
 
@@ -234,7 +233,8 @@ def steps(infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
 
 def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> Point | None:
     """Return a place well inside a rule's region; None if the rules before it leave none."""
-    if not before and _everywhere(rule):
+    edges = rule.left_of, rule.right_of, rule.below, rule.above
+    if not before and all(map(math.isinf, edges)):
         return pad.centre
     points = [
         (column * _GRID, row * _GRID)
@@ -246,7 +246,3 @@ def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> P
         return None
     middle = tuple(math.fsum(values) / len(inside) for values in zip(*inside, strict=True))
     return min(inside, key=lambda point: math.dist(point, middle))
-
-
-def _everywhere(rule: CommandRule) -> bool:
-    return all(map(math.isinf, (rule.left_of, rule.right_of, rule.below, rule.above)))

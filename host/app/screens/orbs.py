@@ -60,15 +60,16 @@ class OrbsScreen(OrbScreen):
         search = "orbs.searching" if orbs.scanning else "orbs.search"
         items = [self._choice(entry) for entry in orbs.entries()]
         items.append(self.item(search, orbs.scan, hint=words("orbs.search_hint")))
-        if self.orb.state.link == "live":
-            items.append(self.item("orb.title", self.opening(PresentOrbScreen)))
         items += [
+            self.item("orb.title", self.opening(PresentOrbScreen)),
             self.item("phone.title", self.opening(PhoneScreen)),
             self.item("programs.title", self.opening(ProgramsScreen, self._programs, folder())),
             self.item("lab.title", self._show_lab),
             self.back_item(),
         ]
-        return Menu(words("orbs.title"), items, table=self._state(), notice=orbs.notice)
+        return Menu(
+            words("orbs.title"), items, table=self._state(), notice=self._stage.told(orbs.notice)
+        )
 
     def _choice(self, entry: KnownDevice) -> Item:
         words = self.words
@@ -86,7 +87,7 @@ class OrbsScreen(OrbScreen):
         """Return how the present orb is, in a line or two."""
         state, words = self.orb.state, self.words
         if state.link != "live":
-            return rows(state.reason or words(f"orbs.link_{state.link}"))[:2]
+            return rows(self._stage.told(state.reason) or words(f"orbs.link_{state.link}"))[:2]
         return []
 
 
@@ -99,9 +100,10 @@ class PresentOrbScreen(OrbScreen):
         """Return its state, and what can be done; the check comes first where it is needed."""
         rest = self.item("orb.rest", partial(self.orb.send, Recalibrate()))
         check = self.item("check.title", self.opening(CheckScreen))
+        install = self.item("install.title", self.opening(InstallScreen))
+        first = (check, rest) if self.orb.state.health else (rest, check)
         items = [
-            *((check, rest) if self.orb.state.health else (rest, check)),
-            self.item("install.title", self.opening(InstallScreen)),
+            *((*first, install) if self.orb.state.link == "live" else ()),
             self.item("orb.details", self._turn_details),
             self.back_item(),
         ]
@@ -116,13 +118,14 @@ class PresentOrbScreen(OrbScreen):
         welcome, bundle = self.orb.state.welcome, self.orb.lessons.vocabulary
         told = [welcome.device_id] if welcome else []
         told += [one for one in (bundle.bundle, bundle.folder) if one] if bundle else []
-        return [row for line in (*told, *self.orb.state.health) for row in rows(line)]
+        told += [*self.orb.state.health, *self.orb.originals]
+        return [row for line in told for row in rows(line)]
 
     def _state(self) -> list[Row]:
         """Return how it is, in lines."""
         words, state = self.words, self.orb.state
         if state.link != "live" or state.welcome is None:
-            return rows(state.reason or words(f"orbs.link_{state.link}"))
+            return rows(self._stage.told(state.reason) or words(f"orbs.link_{state.link}"))
         lines = [Row((words("orb.state"), f"{state.welcome.name}, {state.rate_hz:.0f} Hz"))]
         if not state.ready:
             lines += rows(words("orb.resting"), marked=True)
@@ -169,7 +172,7 @@ class InstallScreen(OrbScreen):
         return Menu(words("install.title"), items, table=table, notice=self._problem)
 
     def _install(self, path: Path) -> None:
-        self._problem = self.orb.install(path)
+        self._problem = self._stage.told(self.orb.install(path))
 
 
 def bundles(where: Path) -> list[Path]:
@@ -184,10 +187,6 @@ class CheckScreen(OrbScreen):
         self.orb = orb
         self._begin()
         super().__init__(stage, orb)
-
-    def _again(self) -> None:
-        self._begin()
-        self.rebuild()
 
     def _begin(self) -> None:
         self._step = CheckStep("waiting", 0, 0, 0.0)
@@ -204,7 +203,7 @@ class CheckScreen(OrbScreen):
             task = rows(words(f"check.{step.step}"), marked=True)
             return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]
-        items += [self.item("check.again", self._again), self.back_item()]
+        items += [self.item("check.again", self._begin), self.back_item()]
         return Menu(words("check.title"), items, notice=self._problem)
 
     def _line(self, row: CheckRow) -> Item:
@@ -226,12 +225,11 @@ class CheckScreen(OrbScreen):
                 self._found.sort(key=lambda row: _VERDICTS.index(row.verdict))
             case CheckStep():
                 self._step, self._busy_s = message, time_s + _AFTER_S
-                self.orb.ghost = self._ghost()
-                self.rebuild()
+                pressed = message.step == "press"
+                self.orb.ghost = self._at(message.row, message.column) if pressed else ()
             case LearnStatus(state=state, text=text) if state == FAILED:
-                self._problem = said(self.words, text)
+                self._problem = self._stage.told(text)
                 self._step = replace(self._step, step="over")
-                self.rebuild()
 
     def tick(self, time_s: float) -> None:
         """Show where on the dome the chosen line's taxel is."""
@@ -241,9 +239,6 @@ class CheckScreen(OrbScreen):
             self.orb.ghost = ()
             if isinstance(name, Notice) and name.code in _PLACES:
                 self.orb.ghost = self._at(*map(int, name.arguments))
-
-    def _ghost(self) -> tuple[Contact, ...]:
-        return self._at(self._step.row, self._step.column) if self._step.step == "press" else ()
 
     def _at(self, row: int, column: int) -> tuple[Contact, ...]:
         y = self.orb.state.shape[0] - 1.0 - row

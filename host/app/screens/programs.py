@@ -37,11 +37,10 @@ class ProgramsScreen(OrbScreen):
         """Return what is chosen, and whether it is on."""
         words, on, mapping = self.words, self._control.on, self.mapping
         hint = words("programs.start_hint", arm_key=mapping.key_map.arm_key.upper())
-        key, switch = (
-            ("programs.stop", self._control.stop) if on else ("programs.start", self._start)
-        )
+        start = partial(self._control.start, mapping, self.profile)
+        key, switch = ("stop", self._control.stop) if on else ("start", start)
         items = [
-            self.item(key, switch, hint=hint),
+            self.item(f"programs.{key}", switch, hint=hint),
             self.item("programs.mapping", value=mapping.path.stem, step=self._turn),
             self.item("programs.profile", value=self.profile, step=self._turn_profile),
             self.item("programs.edit", self.opening(KeysScreen, self)),
@@ -58,10 +57,9 @@ class ProgramsScreen(OrbScreen):
         words, control = self.words, self._control
         state = "armed" if control.armed else "disarmed" if control.on else "off"
         touch = rows(words("programs.mouse")) if self._by_mouse else []
-        return [*rows(words(f"programs.{state}"), marked=True), *rows(control.said), *touch]
-
-    def _start(self) -> None:
-        self._control.start(self.mapping, self.profile)
+        said = self._stage.told(control.said)
+        why = rows(said) if said == control.said or not control.on else []  # else the state does
+        return [*rows(words(f"programs.{state}"), marked=True), *why, *touch]
 
     def _turn(self, step: int) -> None:
         self._chosen = (self._chosen + step) % len(self._mappings)
@@ -95,14 +93,12 @@ class KeysScreen(OrbScreen):
 
     def page(self) -> Menu:
         """Return a line for each command."""
-        names = [*COMMANDS, *(set(self._commands()) - set(COMMANDS))]
+        welcome = self._page.orb.state.welcome
+        names = list(dict.fromkeys((*COMMANDS, *(sorted(welcome.commands) if welcome else ()))))
         items = [self._item(name) for name in names]
         items += [self.item("programs.save", self._save), self.back_item()]
         title = f"{self._mapping.path.stem}: {self._page.profile}"
         return Menu(title, items, notice=self._problem)
-
-    def _commands(self) -> list[str]:
-        return sorted(self._page.orb.state.welcome.commands) if self._page.orb.state.welcome else []
 
     def _item(self, command: str) -> Item:
         key = self._mapping.key(self._page.profile, command)
@@ -114,7 +110,7 @@ class KeysScreen(OrbScreen):
         try:
             self._mapping = programs.choose_key(self._mapping, profile, command, step)
         except ConfigError as error:
-            self._problem = str(error)
+            self._problem = self._stage.told(str(error))
 
     def _save(self) -> None:
         if self._mapping is not self._before and (problem := self._page.save(self._mapping)):

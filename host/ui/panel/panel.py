@@ -15,6 +15,7 @@ from host.ui.orb_state import Deviation, LinkState, OrbState
 from host.ui.panel.gesture_rows import GestureRows
 from host.ui.panel.panel_layout import HEIGHT, WIDTH, PanelLayout
 from host.ui.pointer_input import DomeArea
+from tetris.kit.language import FALLBACK
 from tetris.kit.settings import Look
 from tetris.kit.theme import Colour
 
@@ -157,7 +158,8 @@ class Panel:
         self._blit(veil, center=self._inner.centre)
         key = {"connecting": "connecting", "stale": "no_word", "lost": "lost"}[view.link]
         self._banner(f"dome.{key}", self._tint(view.link))
-        if reason := view.reason or _REASONS.get(view.link, ""):
+        reason = view.reason if words.name == FALLBACK else ""
+        if reason := reason or _REASONS.get(view.link, ""):
             self._unit.card(self._picture, self.layout.card)
             self._reason(words(reason))
 

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,10 @@ from host.app.orbs import OWN, Orbs
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.connection.discovery import NOW, Answer, DevicePort, Port
-from host.connection.receiver import Receiver
+from host.connection.receiver import Receiver, Refused
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
+from tests.support.app_window import Window
 
 PATIENCE_S = 20.0
 BLUE = Answer("/dev/ttyACM1", "orb", "", "orb-2", "Blue", False)
@@ -117,3 +119,22 @@ def test_key_that_cannot_be_read_changes_nothing_and_is_said(orbs: Orbs, link: L
     orbs.choose(KnownDevice("orb-3", port="/dev/ttyACM3", key="/nowhere/key"))
     assert "/nowhere/key" in orbs.notice
     assert link.opened == []
+
+
+def test_an_english_sentence_is_led_to_in_another_language_and_stands_under_details() -> None:
+    window = Window(welcome=None)
+    window.app.orbs = Orbs(Link(), DeviceStore(), lambda: VirtualOrbProcess(1))
+    stage = window.app.stage
+    stage.change(replace(stage.settings, language="de"))
+    refused = "ttyACM0: this link does not prove whose it is"
+    window.pass_s(0.1, Refused(refused))
+    window.app._orb_items(stage)[0].do()  # type: ignore[misc]
+    window.pass_s(0.1)
+    shown = [row.cells[0] for row in window.app.stage.screen.menu.table]  # type: ignore[union-attr]
+    assert " ".join(shown) == window.app.words("orb.trouble")
+    for label in ("Dieser Orb", "Einzelheiten"):
+        screen = window.app.stage.screen
+        next(item for item in screen.menu.items if item.label == label).do()  # type: ignore
+        window.pass_s(0.1)
+    table = window.app.stage.screen.menu.table  # type: ignore[union-attr]
+    assert refused in " ".join(row.cells[0] for row in table)

@@ -142,7 +142,8 @@ class GesturePage(PicturePage):
         ]
         if any((one.now, one.now_s) != (one.eager, one.eager_s) for one in self.costs):
             waits = words("teach.yes" if self.lessons.waits else "teach.no")
-            step = lambda _: self._wait()  # noqa: E731
+            ask = SetWaiting(self.plan.label, not self.lessons.waits)
+            step = lambda _: self.lessons.change(ask)  # noqa: E731
             items.append(self.item("teach.wait", value=waits, step=step))
         return [
             *items,
@@ -170,9 +171,6 @@ class GesturePage(PicturePage):
         labels = self.orb.state.labels[1:]
         place = labels.index(self.trial.label) if self.trial.label in labels else 0
         self.trial.label = labels[(place + step) % len(labels)]
-
-    def _wait(self) -> None:
-        self.lessons.change(SetWaiting(self.plan.label, not self.lessons.waits))
 
     def _turn_to(self, mode: Mode) -> None:
         self.mode, self.selected, self.long_leaves = mode, 0, mode != "trial"
@@ -232,7 +230,7 @@ class GesturePage(PicturePage):
         self._due_s, self._number = None, 0
         if self.mode != "examples":
             return
-        self._refused = naming.said(self.words, example.text)
+        self._refused = self._stage.told(example.text)
         self.lessons.status = None  # why it could not be learned before
         if not example.felt or example.label != self.plan.label:
             return
@@ -274,7 +272,6 @@ class GesturePage(PicturePage):
             for place, do in self._places:
                 if place.collidepoint(event.pos):
                     do()
-                    self.rebuild()
                     return
         super().mouse(event, time_s)
 

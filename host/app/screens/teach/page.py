@@ -84,7 +84,7 @@ class TeachPage(OrbScreen):
         if self.lessons.vocabulary is None:
             return self.words("teach.waiting")
         problem = self.lessons.objection or failed(self.lessons.status)
-        return naming.said(self.words, problem)
+        return self._stage.told(problem)
 
     def recognised(self, command: Command, time_s: float) -> bool:
         """Return whether a gesture is no step: the one that opened the page is none."""
@@ -211,4 +211,3 @@ class NamePage(TeachPage):
             self.selected = 0
         else:
             super().press(code, time_s)
-        self.rebuild()

@@ -96,7 +96,7 @@ class TeachScreen(TeachPage):
         """Take a report; the answer to a request stands below the list."""
         super().report(message, time_s)
         if isinstance(message, UploadStatus | LearnStatus):
-            self._said = naming.said(self.words, message.text)
+            self._said = self._stage.told(message.text)
 
     # -- pages that it leads to ----------------------------------------------------------
 
@@ -186,19 +186,12 @@ class UsersPage(TeachPage):
     def page(self) -> Menu:
         """Return the users, each with what is their own."""
         words = self.words
-        items = [
-            Item(
-                name,
-                partial(self._open, name),
-                words("teach.own" if info.labels else "teach.as_all"),
-            )
-            for name, info in self.lessons.users.items()
-        ]
+        items = []
+        for name, info in self.lessons.users.items():
+            show = partial(lambda name: self.show(UserPage(self.course, name)), name)
+            items.append(Item(name, show, words("teach.own" if info.labels else "teach.as_all")))
         title = words("teach.users").rstrip("…")
         return Menu(title, [*items, self.back_item()], notice=self.notice())
-
-    def _open(self, name: str) -> None:
-        self.show(UserPage(self.course, name))
 
 
 class UserPage(TeachPage):

@@ -175,7 +175,7 @@ class TrainingPage(TeachPage):
         """Return the progress."""
         words, run = self.words, self.run
         if run.problem:
-            lines = rows(naming.said(words, run.problem))[:6]
+            lines = rows(self._stage.told(run.problem))[:6]
             return Menu(words("train.failed"), [self.back_item()], table=lines)
         left_s = run.progress.left_s(self._stage.time_s - self._begun_s)
         minutes = "" if left_s is None else words("train.left", minutes=f"{left_s / 60 + 0.5:.0f}")
@@ -231,8 +231,9 @@ class ResultPage(TeachPage):
         share = sum(one.understood for one in found) / events if events else 0.0
         undo = self._undo if vocabulary and vocabulary.undo else None
         said, sent = self.installation()
+        install = self._install if self.orb.state.link == "live" else None
         items = [
-            self._use() if sent is None else Item(said, share=sent),
+            self.item("train.use", install) if sent is None else Item(said, share=sent),
             self.item("teach.undo", undo),
             *(self._item(one) for one in found),
             self.back_item(),
@@ -241,9 +242,6 @@ class ResultPage(TeachPage):
         status = naming.said(words, self.lessons.status.text) if self.lessons.status else ""
         outcome = said if sent is None else ""
         return Menu(title, items, notice=self._problem or outcome or self.notice() or status)
-
-    def _use(self) -> Item:
-        return self.item("train.use", self._install if self.orb.state.link == "live" else None)
 
     def _item(self, one: GestureResult) -> Item:
         words = self.words
@@ -256,4 +254,4 @@ class ResultPage(TeachPage):
         self.lessons.change(Undo())
 
     def _install(self) -> None:
-        self._problem = self.orb.install(self._bundle)
+        self._problem = self._stage.told(self.orb.install(self._bundle))
