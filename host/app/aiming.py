@@ -43,8 +43,7 @@ class Aiming:
 
     def connected(self, welcome: Welcome) -> None:
         """Begin with an orb."""
-        self._aim, self.given = Aim(welcome.rows, welcome.columns), False
-        self._lacks = False
+        self._aim, self.given, self._lacks = Aim(welcome.rows, welcome.columns), False, False
         self._rows = max(1, welcome.rows - 1)
 
     def lost(self) -> None:

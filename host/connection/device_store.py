@@ -76,8 +76,13 @@ class DeviceStore:
 
     def _write(self) -> None:
         self._known = {device.device_id: device for device in self.devices[:MOST]}
+        known = {
+            name: {field: getattr(device, field) for field in _NAMES}
+            for name, device in self._known.items()
+        }
+        text = "# Known devices (orbtouch docs find).\n\n" + tomli_w.dumps({"device": known})
         try:
-            atomic_write(self._path, _format(self._known).encode(), private=True)
+            atomic_write(self._path, text.encode(), private=True)
         except OSError as error:
             self._warn(f"cannot write {self._path}: {reason(error)}")
 
@@ -117,11 +122,3 @@ def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
 
 
 _NAMES: Final = tuple(field.name for field in fields(KnownDevice) if field.name != "device_id")
-
-
-def _format(known: dict[str, KnownDevice]) -> str:
-    devices = {
-        device.device_id: {name: getattr(device, name) for name in _NAMES}
-        for device in known.values()
-    }
-    return "# Known devices (orbtouch docs find).\n\n" + tomli_w.dumps({"device": devices})

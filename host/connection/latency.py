@@ -67,8 +67,5 @@ class EndToEndLatency:
         """Return what is known: in the orb, from its schedule to here, and to the screen."""
         own = [replace(hop, name="orb") for hop in self.pace.hops[-1:]] if self.pace else []
         spans = (("here", self._arrive), ("drawn", self._draw))
-        return own + [_hop(name, values) for name, values in spans if values]
-
-
-def _hop(name: str, values: Sequence[float]) -> StageTime:
-    return StageTime(name, *(float(value) for value in np.percentile(list(values), _SHARES)))
+        known = [(name, np.percentile(list(values), _SHARES)) for name, values in spans if values]
+        return own + [StageTime(name, *map(float, shares)) for name, shares in known]

@@ -160,11 +160,13 @@ class Receiver:
         oldest_ms = 0 if self._granted else _now_ms() - LATE_MS
         received: list[Received] = []
         for arrived_ms, news in self._inbox.take():
-            if arrived_ms < oldest_ms and _is_command(news):
+            message = news.message if isinstance(news, Delivered) else None
+            late = arrived_ms < oldest_ms
+            if late and isinstance(message, Command):
                 with self._lock:
                     self.past.missed += 1
                 received.append(Missed(1))
-            elif arrived_ms >= oldest_ms or not _touches(news):
+            elif not (late and isinstance(message, ContactState) and message.fingers):
                 received.append(news)
         for listener, kind in self._listeners:
             if any(isinstance(item, kind) for item in received):
@@ -309,15 +311,6 @@ class Receiver:
                 self._refusal = item.reason
                 log.warning("no link: %s", item.reason)
             self._inbox.put((_now_ms(), item))
-
-
-def _is_command(news: Received) -> bool:
-    return isinstance(news, Delivered) and isinstance(news.message, Command)
-
-
-def _touches(news: Received) -> bool:
-    message = news.message if isinstance(news, Delivered) else None
-    return isinstance(message, ContactState) and message.fingers > 0
 
 
 def _now_ms() -> int:

@@ -213,16 +213,12 @@ def summary(verdict: dict[str, Any]) -> str:
     """Return the verdict in a few lines for people."""
     share = verdict["hits"] / verdict["intended"] if verdict["intended"] else math.nan
     alarms, duplicates = verdict["false_alarms"], verdict["duplicates"]
+    median_s = verdict["latency_s"]["p50"]
     return (
         f"{verdict['seconds']:.0f} s: {count(verdict['pieces'], 'piece')}, "
         f"{count(verdict['lines'], 'line')}; "
         f"{verdict['hits']} of {count(verdict['intended'], 'gesture')} understood ({share:.1%}), "
         f"{verdict['wrong']} wrong, {count(alarms, 'false alarm')}, "
         f"{count(duplicates, 'duplicate')}; "
-        f"{_shown(verdict['latency_s']['p50'])} s from touch to action (median)"
+        f"{'-' if median_s is None else f'{median_s:.2f}'} s from touch to action (median)"
     )
-
-
-def _shown(seconds: float | None) -> str:
-    """Return seconds for people; "-" if nothing was measured."""
-    return "-" if seconds is None else f"{seconds:.2f}"

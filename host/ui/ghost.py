@@ -62,7 +62,9 @@ def contacts(
         first, last = stroke.arc_deg
         pointer.press(*_on_rim(pad, first - math.copysign(2 * TURN_DEG, last - first)), 0.0)
         pointer.move(*_on_rim(pad, first))  # the hand has come down
-        pointer.move(*_on_rim(pad, first + (last - first) * _eased(now_s / stroke.hold_s)))
+        share = now_s / stroke.hold_s
+        eased = share * share * (3 - 2 * share)  # hands start and stop gently
+        pointer.move(*_on_rim(pad, first + (last - first) * eased))
     else:
         pointer.press(*place, 0.0, pinch=stroke.pinch)
     fingers = pointer.contacts(now_s * stroke.pace)
@@ -73,11 +75,6 @@ def _on_rim(pad: DomeArea, degrees: float) -> tuple[float, float]:
     """Return a point of the rim, grid units; degrees run counterclockwise from the right."""
     reach, (x, y) = _RIM * pad.radius, pad.centre
     return x + reach * math.cos(math.radians(degrees)), y + reach * math.sin(math.radians(degrees))
-
-
-def _eased(share: float) -> float:
-    """Return a share of the way, 0 to 1; hands start and stop gently."""
-    return share * share * (3 - 2 * share)
 
 
 def draw(

@@ -233,7 +233,10 @@ class PlayScreen(Screen):
     def _play(self, due: list[DueAction[Action]]) -> None:
         game, time_s = self.session.game, self._time_s
         if game.phase is Phase.OVER and all(each.action is not Action.UNDO for each in due):
-            self._rest()
+            self._over_s = self._time_s if self._over_s is None else self._over_s
+            if self._time_s >= self._over_s:
+                self._over_s = self._time_s + _REST_S
+                self._over(self)
             return
         began_s = self._begin_s or 0.0
         self._over_s = None
@@ -285,13 +288,6 @@ class PlayScreen(Screen):
             return False
         piece = game.piece.left if action is Action.LEFT else game.piece.right
         return bool(game.board.bits & piece.mask)
-
-    def _rest(self) -> None:
-        if self._over_s is None:
-            self._over_s = self._time_s
-        if self._time_s >= self._over_s:
-            self._over_s = self._time_s + _REST_S
-            self._over(self)
 
     def _show(self, events: list[Event]) -> None:
         self._view.show(events)

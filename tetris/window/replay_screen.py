@@ -63,7 +63,6 @@ class ReplayScreen(MenuScreen):
         """Move about; space plays and stops wherever one is."""
         if code == pygame.K_SPACE:
             self._toggle()
-            self.rebuild()
         else:
             super().press(code, time_s)
 

@@ -19,7 +19,7 @@ Way = tuple[str, ...]  # labels of the items taken, from the first page
 NUMBERS = {name: number for number, name in BUTTONS.items()}
 PAGES = {
     "BindingScreen", "CheckScreen", "GesturePage", "LabScreen", "LearnScreen", "MenuScreen",
-    "NamePage", "OrbsScreen", "PairScreen", "PhoneScreen", "PlayScreen", "PresentOrbScreen",
+    "NamePage", "OrbsScreen", "PhoneScreen", "PlayScreen", "PresentOrbScreen",
     "ProgramsScreen", "StrengthPage", "TeachScreen", "TrainPage", "WatchScreen",
 }  # fmt: skip
 
