@@ -37,7 +37,7 @@ def keep(sensor: Sensor, frames: Frames) -> tuple[list[Row], Path | None]:
     rows, rest, idle = calibrate(frames, sensor.rate_hz, before)
     if rest is None:
         return rows, None
-    kept = Calibration(rest, idle, sensor.rate_hz)
+    kept = Calibration(rest, idle, sensor.rate_hz, 1.0 if last is None else last.depth)
     return rows, calibration_store.save(sensor.device_id, kept)
 
 

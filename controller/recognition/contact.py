@@ -7,7 +7,7 @@ image decides, on a noisy one the averages: the network has learned both from si
 
 import math
 from collections import deque
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -71,6 +71,11 @@ class ContactEstimate:
     angle_sigma: float
     rise_mm: float
     rise_sigma: float
+
+    def deeper(self, factor: float) -> "ContactEstimate":
+        """Return the same with depth, rise and their deviations times a factor."""
+        names = ("depth_mm", "depth_sigma", "rise_mm", "rise_sigma")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -174,6 +174,7 @@ class Pipeline:
         self._touch = TouchImage(TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._level = ContactLevel(*grid)
         self._tracker = ContactTracker(*grid, rate_hz)
+        self._depth = 1.0 if known is None else known.depth
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
@@ -372,7 +373,8 @@ class Pipeline:
         if self._contacts is None or not prepared.ready:
             return None
         inputs = self._tracker.inputs(prepared.image, prepared.idle, quiet=prepared.quiet)
-        return None if inputs is None else self._contacts.estimate(inputs)
+        contact = None if inputs is None else self._contacts.estimate(inputs)
+        return contact if contact is None or self._depth == 1.0 else contact.deeper(self._depth)
 
     def _command(
         self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float

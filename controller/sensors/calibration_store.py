@@ -33,10 +33,12 @@ class Calibration:
     rest: Frame  # what the untouched sensor read, (rows, columns), picofarads
     idle: float  # mean of |z - 1| meanwhile
     rate_hz: float  # frames per second
+    depth: float = 1.0  # factor of estimated depths
 
     def known(self, rate_hz: float) -> StoredBaseline:
         """Return the same for the preprocessor of a rate: a shorter scan is noisier."""
-        return StoredBaseline(self.rest, self.idle * math.sqrt(rate_hz / self.rate_hz))
+        idle = self.idle * math.sqrt(rate_hz / self.rate_hz)
+        return StoredBaseline(self.rest, idle, self.depth)
 
 
 def folder() -> Path:
@@ -55,6 +57,7 @@ def save(device_id: str, calibration: Calibration) -> Path:
         device_id,
         idle=round(calibration.idle, 6),
         rate_hz=calibration.rate_hz,
+        depth=round(calibration.depth, 4),
         rest_pf=[[round(float(v), 4) for v in row] for row in calibration.rest],
     )
 
@@ -66,10 +69,12 @@ def load(device_id: str) -> Calibration | None:
         if plain is None or "rest_pf" not in plain:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
-        rate_hz = float(plain["rate_hz"])
+        rate_hz, depth = float(plain["rate_hz"]), float(plain.get("depth", 1.0))
         if not (math.isfinite(idle) and 0.0 <= idle < 1.0 and 0.1 <= rate_hz <= 1000.0):
             raise ValueError("its noise is out of range")
-        return Calibration(rest, idle, rate_hz)
+        if not 0.1 <= depth <= 10.0:
+            raise ValueError("its factor of depths is out of range")
+        return Calibration(rest, idle, rate_hz, depth)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -144,6 +144,10 @@ class Session:
         kept = slice(each - 1, None, each)
         self.time_s, self.point, self.depth = time_s[kept], point[kept], depth[kept]
 
+    def numbers(self, kind: str) -> list[int]:
+        """Return which touches are of a kind."""
+        return [number for number, own in enumerate(self.kinds) if own == kind]
+
     def rows(self, number: int, begin_s: float, end_s: float) -> Array:
         """Return the frames of a touch from one time after its begin to another."""
         at = self.begins[number]
@@ -161,7 +165,8 @@ def measure(loaded: Bundle, session: Session) -> Iterator[tuple[str, float]]:
     """Yield names and errors of the frames of a session: mm, degrees, or 1 for what is right."""
     found = estimated(loaded, session.frames)
     offset = complex((loaded.columns - 1) / 2, (loaded.rows - 1) / 2)
-    rivals = Rivals(session, offset)
+    rivals, known = Rivals(session, offset), session.numbers("aim")[::2]
+    factor = calibrated(session, found, known)
     for number, (kind, fingers) in enumerate(zip(session.kinds, session.hands, strict=True)):
         keys = fingers[0].t_s
         if kind == "aim":
@@ -173,6 +178,8 @@ def measure(loaded: Bundle, session: Session) -> Iterator[tuple[str, float]]:
                 for at in session.rows(number, begin_s, end_s):
                     true = session.point[at, 0] / PITCH_MM + offset
                     yield from _place(how, found[at], true, session.depth[at, 0])
+                    if (one := found[at]) is not None and number not in known:
+                        yield "depth@calibrated", abs(factor * one.depth_mm - session.depth[at, 0])
                     yield from rivals.place(how, at, true, session.depth[at, 0])
         elif kind == "two":
             apart = abs(fingers[0].point[0] - fingers[1].point[0])
@@ -185,6 +192,16 @@ def measure(loaded: Bundle, session: Session) -> Iterator[tuple[str, float]]:
             for at in session.rows(number, keys[-2] - 0.2, keys[-2]):
                 one = found[at]
                 yield "angle", abs(turned - (one.angle_deg if one is not None else 0.0))
+
+
+def calibrated(session: Session, found: list[ContactEstimate | None], known: list[int]) -> float:
+    """Return the factor of estimated depths, by the known aiming touches where they are held."""
+    shares = []
+    for number in known:
+        keys = session.hands[number][0].t_s
+        at = session.rows(number, keys[1] + SETTLED_S, keys[2])
+        shares += [session.depth[n, 0] / one.depth_mm for n in at if (one := found[n]) is not None]
+    return float(np.median(shares))
 
 
 def _turn(fingers: list[Finger]) -> complex:
@@ -220,7 +237,7 @@ class Rivals:
         x = (weight.sum(axis=1) @ np.arange(columns)) / weight.sum(axis=(1, 2))
         y = (weight.sum(axis=2) @ np.arange(rows)[::-1]) / weight.sum(axis=(1, 2))
         total = np.log(np.clip(-z.sum(axis=(1, 2)), 1e-3, None))
-        own = [n for n, kind in enumerate(session.kinds) if kind == "aim"][::2]
+        own = session.numbers("aim")[::2]
         at = np.concatenate([session.rows(n, 0.15, session.hands[n][0].t_s[4]) for n in own])
         true = session.point[at, 0] / PITCH_MM + offset
         self._x = np.polynomial.Polynomial.fit(x[at], true.real, 3)(x)

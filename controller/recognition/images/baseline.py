@@ -36,10 +36,12 @@ class StoredBaseline:
     Attributes:
         rest: The untouched sensor, (rows, columns), picofarads.
         idle: Mean of |z - 1| while nothing touched.
+        depth: Factor of estimated depths; 1: not calibrated.
     """
 
     rest: Frame
     idle: float
+    depth: float = 1.0
 
 
 class BaselineTracker:
