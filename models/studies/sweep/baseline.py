@@ -4,14 +4,13 @@ Features of an image are centroid, spread and sum of the touch; features of a wi
 its images, displacement, steps and speed, and mean, deviation, minimum and maximum of each; and of
 each taxel mean, deviation, maximum, share of the sum, and the spectrum of its course. The trees are
 judged on the windows that the networks see; positions are in grid units from the upper left taxel.
+Places are learned from the shares of taxels in the sum of a touch's image.
 
 A misread taxel moves the centroid, so the signal of a single taxel is left out of the trajectory: a
 finger always covers several.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -85,38 +84,23 @@ class Signal:
         return np.concatenate([self.trajectory(windows), *own], axis=1).astype(np.float32)
 
 
-@dataclass(frozen=True, slots=True)
-class GestureTrees:
-    """Two forests, of the trajectory and of all features; the mean of their probabilities."""
+def shares(images: Images) -> Rows:
+    """Return shares of the sum, centroid and sum of images (n, rows, columns), (n, features)."""
+    signal = Signal.of(images).seen(images)
+    row, column = np.mgrid[: signal.shape[1], : signal.shape[2]].astype(np.float32)
+    total = signal.sum(axis=(1, 2))
+    share = signal / np.maximum(total, 1e-9)[:, None, None]
+    centroid = [(share * axis).sum(axis=(1, 2)) for axis in (column, row)]
+    return np.column_stack([share.reshape(len(share), -1), *centroid, total])
 
-    signal: Signal
-    forests: Sequence[Any]  # of scikit-learn
 
-    @classmethod
-    def train(cls, windows: Windows, label: NDArray[np.integer], seed: int) -> "GestureTrees":
-        """Return the trees of windows and their classes (n,)."""
-        from sklearn.ensemble import ExtraTreesClassifier
+def train_places(images: Images, place: Rows, seed: int) -> Any:
+    """Return trees trained on images (n, rows, columns) and their places (n, 2), grid units."""
+    from sklearn.ensemble import ExtraTreesRegressor
 
-        signal = Signal.of(windows)
-        rows = signal.features(windows)
-        widths = (signal.trajectory(windows[:1]).shape[1], rows.shape[1])
-        forest = partial(ExtraTreesClassifier, TREES, min_samples_leaf=LEAF, random_state=seed)
-        forests = [
-            forest(max_features=chosen).fit(rows[:, :width], label)
-            for width, chosen in zip(widths, CHOSEN, strict=True)
-        ]
-        return cls(signal, forests)
-
-    @property
-    def known(self) -> NDArray[np.integer]:
-        """The classes that were learned, ascending, (classes,)."""
-        return np.asarray(self.forests[0].classes_)
-
-    def probabilities(self, windows: Windows) -> NDArray[np.floating]:
-        """Return the probability of each known class, (n, classes)."""
-        rows = self.signal.features(windows)
-        answers = [one.predict_proba(rows[:, : one.n_features_in_]) for one in self.forests]
-        return np.asarray(np.mean(answers, axis=0))
+    trees = ExtraTreesRegressor(2 * TREES, min_samples_leaf=LEAF, random_state=seed)
+    every = -(-len(images) // LEARNED)
+    return trees.fit(shares(images[::every]), place[::every])
 
 
 def _touches(signal: Images, firm: float) -> Rows:

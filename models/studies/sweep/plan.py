@@ -27,6 +27,8 @@ from models.data.simulate import DataSet
 from models.data.splits import HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
+MODELS: Final = ("network", "trees", "mlp", "dtw", "gru")
+PLACE_MODELS: Final = MODELS[:2]
 MOST_JOBS: Final = 100_000
 FOLDS: Final = 5  # without [test]
 _PAGE: Final = "orbtouch docs sweeps"
@@ -71,8 +73,8 @@ class Training(Recipe):
 
     name: str = field(default="default", metadata={"key": "recipe", "choices": tuple(RECIPES)})
     task: Literal["gesture", "location"] = "gesture"
-    # CNN-3D or CNN-2D, or of gestures the trees of models/studies/sweep/baseline.py
-    model: Literal["network", "trees"] = "network"
+    # the networks, or a peer (models/studies/sweep/peers.py); of places the trees are the only one
+    model: str = field(default="network", metadata={"choices": MODELS})
     labels: Choice = "auto"
     every: bool = field(default=False, metadata={"key": "all"})  # recordings that fail the check
     window: int = _upto(0, MOST_WINDOW)  # images; 0: those of a second
@@ -168,8 +170,9 @@ def training(table: Table) -> Training:
     recipe = RECIPES.get(str(table.get("recipe")), RECIPES["default"])
     base = Training(**{one.name: getattr(recipe, one.name) for one in fields(Recipe)})
     made = config.settings(Training, table, "train", base)
-    if made.task == "location" and made.model == "trees":
-        raise ConfigError("has model = 'trees', and places have none", "train", "model")
+    if made.task == "location" and made.model not in PLACE_MODELS:
+        expected = f"for places there are {' and '.join(PLACE_MODELS)}"
+        raise ConfigError(f"has model = {made.model!r}; {expected}", "train", "model")
     return made
 
 

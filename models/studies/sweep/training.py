@@ -23,9 +23,11 @@ from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
 from models.data.splits import HoldOut
+from models.data.touch_images import Touches
 from models.evaluation import scores
 from models.results.training import Epoch
 from models.studies.sweep import baseline, plan
+from models.studies.sweep.peers import PEERS
 from models.studies.sweep.plan import Training
 from models.training import symmetry_search
 from models.training.gesture_task import gesture_task
@@ -146,15 +148,17 @@ def _gestures(taught: Data, unseen: Data, asked: Training) -> Result:
     return {**_summary(curve, len(parts.train)), "held": held, "notes": notes}
 
 
-def _gesture_trees(taught: Data, unseen: Data, asked: Training) -> Result:
-    """Train trees on at most `baseline.LEARNED` windows, evenly spread; judge them as CNN-3D."""
+def _peer(taught: Data, unseen: Data, asked: Training) -> Result:
+    """Train a peer on at most `baseline.LEARNED` windows, evenly spread; judge it as CNN-3D."""
     own, judged = taught.examples, unseen.examples
     ends = own.ends[:: -(-len(own.ends) // baseline.LEARNED)]
-    trees = baseline.GestureTrees.train(own.windows(ends), own.label[ends], asked.seed)
+    known, label = np.unique(own.label[ends], return_inverse=True)
+    peer = PEERS[asked.model](asked.gesture, asked.seed)
+    peer.fit(own.windows(ends), label)
     answers = np.zeros((len(judged.ends), len(taught.vocabulary.labels)), dtype=np.float32)
     for first in range(0, len(answers), baseline.AT_ONCE):
         some = slice(first, first + baseline.AT_ONCE)
-        answers[some, trees.known] = trees.probabilities(judged.windows(judged.ends[some]))
+        answers[some, known] = peer.predict_proba(judged.windows(judged.ends[some]))
     return {**_summary((), len(ends)), "held": _judged(unseen, answers)}
 
 
@@ -172,29 +176,49 @@ def _judged(unseen: Data, probabilities: NDArray[np.floating]) -> list[Result]:
 
 def _locations(taught: Data, unseen: Data, asked: Training) -> Result:
     """Train CNN-2D; each touch is judged by its error, grid units, mean of the axes."""
-    found, judged = (
-        touch_images.find(data.examples, asked.averaged, asked.seed) for data in (taught, unseen)
-    )
-    if not len(found.images) or not len(judged.images):
-        raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
+    found, judged = _located(taught, unseen, asked)
     parts = splits.undivided(len(found.images), asked.seed)
     task = location_task(taught, found, parts, asked.location, asked.seed, DEVICE)
     curve, net = fit(task, asked.seed), task.net.folded().eval()
     inputs, corners = asked.location.touch.of(judged.images[judged.last])
     places = batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
-    error = np.abs(places.numpy() + corners - judged.place[judged.last]).mean(axis=1)
+    held = _placed(unseen, judged, places.numpy() + corners)
+    return {**_summary(curve, len(parts.train)), "held": held}
+
+
+def _location_trees(taught: Data, unseen: Data, asked: Training) -> Result:
+    """Train trees on shares of the sum, judged as CNN-2D is."""
+    found, judged = _located(taught, unseen, asked)
+    trees = baseline.train_places(found.images, found.place, asked.seed)
+    places = trees.predict(baseline.shares(judged.images[judged.last]))
+    return {**_summary((), len(found.images)), "held": _placed(unseen, judged, places)}
+
+
+def _located(taught: Data, unseen: Data, asked: Training) -> tuple[Touches, Touches]:
+    """Return the touches with a place to learn from and to judge; ValueError if there are none."""
+    found, judged = (
+        touch_images.find(data.examples, asked.averaged, asked.seed) for data in (taught, unseen)
+    )
+    if not len(found.images) or not len(judged.images):
+        raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
+    return found, judged
+
+
+def _placed(unseen: Data, judged: Touches, places: NDArray[np.floating]) -> list[Result]:
+    """Return the errors of each held-out session, by places (touches, 2), grid units."""
+    error = np.abs(places - judged.place[judged.last]).mean(axis=1)
     session = unseen.examples.session[judged.frame[judged.last]]
-    held = [
+    return [
         _session(unseen, number, error=error[session == number]) for number in np.unique(session)
     ]
-    return {**_summary(curve, len(parts.train)), "held": held}
 
 
 # A task is a line here, and its measure in models/studies/sweep/report.py.
 TASKS: Final[Mapping[tuple[str, str], Callable[[Data, Data, Training], Result]]] = {
     ("gesture", "network"): _gestures,
-    ("gesture", "trees"): _gesture_trees,
+    **{("gesture", name): _peer for name in PEERS},
     ("location", "network"): _locations,
+    ("location", "trees"): _location_trees,
 }
 
 

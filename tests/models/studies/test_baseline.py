@@ -72,6 +72,15 @@ def test_the_plain_model_sees_the_course_of_each_taxel() -> None:
     assert not wave[5].any()
 
 
+def test_shares_of_the_sum_are_the_same_at_half_the_strength() -> None:
+    images = moving()[1:]
+    halved = np.float32(0.5) * (images + np.float32(1.0))
+    strong, weak = (baseline.shares(one) for one in (images, halved))
+    np.testing.assert_allclose(weak[:, :-1], strong[:, :-1], rtol=1e-6)
+    np.testing.assert_allclose(weak[:, -1], 0.5 * strong[:, -1], rtol=1e-6)
+    assert strong[:, -3:-1].tolist() == [[float(x), 2.0] for x in range(1, 6)]
+
+
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
     told = described(DESCRIPTION)
     made = list(importer.recordings(look_alike.arrays(people=2), told))
@@ -83,26 +92,3 @@ def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
     kept = (look_alike.STRETCH - 2) / (look_alike.STRETCH - 1)
     assert made[0].origin.rate_hz == pytest.approx(kept / look_alike.STEP_S, abs=0.1)
     assert (np.diff(made[0].sequence) > 1).sum() == 8  # nine stretches
-
-
-def touched(people: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Windows of a press left, one right, and none, by people of different strength."""
-    label = np.tile([0, 2, 4], 20 * people)
-    windows = 1.0 + rng.normal(0.0, 0.01, (len(label), 5, 4, 6)).astype(np.float32)
-    strength = rng.uniform(0.5, 1.5, people).astype(np.float32).repeat(60)[:, None, None, None]
-    windows[label == 2, 2:, 1:3, :2] += strength[label == 2]
-    windows[label == 4, 2:, 1:3, 4:] += strength[label == 4]
-    return windows, label
-
-
-@pytest.mark.train
-def test_trees_classify_people_that_they_never_saw_and_the_same_each_time() -> None:
-    pytest.importorskip("sklearn", reason="needs the [train] extra")
-    rng = np.random.default_rng(0)
-    taught, (windows, label) = touched(3, rng), touched(2, rng)
-    trees = baseline.GestureTrees.train(*taught, seed=7)
-    answers = trees.probabilities(windows)
-    np.testing.assert_allclose(answers.sum(axis=1), 1.0, rtol=1e-5)
-    assert (trees.known[answers.argmax(axis=1)] == label).mean() > 0.95
-    again = baseline.GestureTrees.train(*taught, seed=7)
-    np.testing.assert_array_equal(answers, again.probabilities(windows))

@@ -79,10 +79,8 @@ def test_folds_are_a_sweep_with_the_plan_that_ships(
 
     monkeypatch.setattr(cli, "finish", finish)
     folder = str(people / "recordings")
-    assert models(["folds", folder, "--out", str(people / "folds")]) == 0
-    assert made[-1].plan.test.folds == 4  # four people, though five folds are the default
     assert models(["folds", folder, "--folds", "2", "--out", str(people / "folds")]) == 0
-    sweep = made[-1]
+    (sweep,) = made
     jobs = [(job["at"]["model"], job["test"]["fold"]) for job in sweep.plan.jobs(sweep.digest)]
     assert jobs == [("network", 0), ("network", 1), ("trees", 0), ("trees", 1)]
     assert (sweep.plan.test.by, sweep.places) == ("user", (folder,))
@@ -91,9 +89,33 @@ def test_folds_are_a_sweep_with_the_plan_that_ships(
     assert models(["simulate", "--out", str(people / "orb"), *orb.split()]) == 0
     assert models(["folds", str(people / "orb"), "--out", str(people / "of_orb")]) == 0
     assert made[-1].plan.train["recipe"] == "default"
-    places = ["folds", str(people / "orb"), "--task", "location", "--out", str(people / "places")]
-    assert models(places) == 0
-    assert (made[-1].plan.train["task"], made[-1].plan.axes) == ("location", {})
+
+
+def test_peers_are_judged_on_each_set_by_folds_that_its_people_allow(
+    people: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """Four people make four folds where five are asked for; each folder has its own results."""
+    made: list[Sweep] = []
+
+    def finish(sweep: Sweep) -> int:
+        made.append(sweep)
+        return len(made) - 1
+
+    monkeypatch.setattr(cli, "finish", finish)
+    shutil.copytree(people / "recordings", tmp_path / "other")
+    folders = [str(people / "recordings"), str(tmp_path / "other")]
+    asked = ["folds", *folders, "--peers", "--out", str(tmp_path / "out")]
+    assert models(asked) == 1  # the second set has a failed training
+    for sweep, folder in zip(made, folders, strict=True):
+        assert sweep.folder == tmp_path / "out" / Path(folder).name
+        names = [job["at"]["model"] for job in sweep.plan.jobs(sweep.digest)]
+        assert names == [name for name in plan.MODELS for _ in range(4)]
+    for wrong, why in (
+        ([*asked, "--task", "location"], "--peers are of gestures"),
+        (["folds", folders[0], folders[0], "--peers", "--out", "x"], "two folders have one name"),
+    ):
+        assert models(wrong) == 2
+        assert why in capsys.readouterr().err
 
 
 def test_one_person_makes_no_folds(people: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -103,6 +125,20 @@ def test_one_person_makes_no_folds(people: Path, tmp_path: Path, capsys: Capture
     assert models(["folds", str(tmp_path / "alone"), "--out", str(tmp_path / "out")]) == 2
     assert "holds recordings of one person" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_all_peers_are_judged_on_the_same_windows(people: Path) -> None:
+    table = parse_toml((ROOT / "models/studies/sweep/folds.toml").read_text(encoding="utf-8"))
+    table["data"]["folders"] = [str(people / "recordings")]
+    table["train"]["gesture"] = {"steps": 10}
+    table["train"]["declared"] = True
+    table["axes"]["model"] = list(plan.MODELS)
+    sweep = cli.of_recordings(Sweep(plan.parse(table, "folds"), people), [people / "recordings"])
+    jobs = [job for job in sweep.plan.jobs(sweep.digest) if job["test"]["fold"] == 0]
+    held = [training.train({**job, "test": {**job["test"], "folds": 2}})["held"] for job in jobs]
+    amounts = [[(one["user"], one["frames"][1], one["events"][1]) for one in own] for own in held]
+    assert len(amounts) == len(plan.MODELS)
+    assert all(own == amounts[0] for own in amounts)
 
 
 def test_without_a_declaration_each_fold_finds_its_own(people: Path, capsys: Capture) -> None:

@@ -76,8 +76,8 @@ def test_the_files_in_the_documentation_can_be_read() -> None:
         ("[train]\ntask = 'user'", "line 2 has task = 'user' under [train]; expected is one of "
          "gesture, location"),
         ("[train]\ngesture.rat = 1", "line 2 has the unknown key 'rat' under [train.gesture]"),
-        ("[train]\ntask = 'location'\nmodel = 'trees'", "line 3 has model = 'trees', and places "
-         "have none"),
+        ("[train]\ntask = 'location'\nmodel = 'mlp'", "line 3 has model = 'mlp'; for places there "
+         "are network and trees"),
         ("[test]\nfolds = 2\nhold = 1", "line 1 has folds, which hold out all in turn, and hold"),
         ("[axes]\nseed = 3", "line 2 has seed = 3 under [axes]; expected is a list of values"),
         ('[axes]\ntask = ["gesture", "location"]', "line 2 has an axis task under [axes], and "),

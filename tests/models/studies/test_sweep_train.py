@@ -149,14 +149,14 @@ def test_recordings_are_swept_as_simulations_are(tmp_path: Path, capsys: Capture
     toml = tmp_path / "own.toml"
     toml.write_text(
         "[data]\nfolders = ['data']\n[train]\ngesture.epochs = 1\nlocation.epochs = 1\n"
-        "task = 'location'\n[test]\nfolds = 3\n[axes]\nseed = [0, 1]"
+        "task = 'location'\n[test]\nfolds = 3\n[axes]\nmodel = ['network', 'trees']"
     )
     assert main(["sweep", str(toml), "--workers", "1"]) == 0
     found = json.loads(results(tmp_path / "own.sweep"))
     held = [job["result"]["held"][0] for job in found["jobs"]]
     assert [one["user"].split()[-1] for one in held] == ["01", "02", "03"] * 2
     touches = [one["error"][1] for one in held]
-    assert touches[:3] == touches[3:]  # both seeds are judged on the same
+    assert touches[:3] == touches[3:]  # both models are judged on the same
     assert "grid units" in capsys.readouterr().out
     assert str(tmp_path) not in json.dumps(found)
     toml.write_text("[data]\nfolders = ['elsewhere']")
