@@ -80,8 +80,9 @@ class ScreenFlow:
         stage, words = self._stage, self._stage.look.words
         play = partial(MenuScreen, stage, self._modes, attract=self._attract)
         settings = partial(open_settings, stage, self._attract)
+        about = "title.orb" if stage.mode_setting == "orb_mode" else "title.play"
         items = [
-            Item(words("menu.play"), lambda: stage.push(play()), hint=words("title.play")),
+            Item(words("menu.play"), lambda: stage.push(play()), hint=words(about)),
             *stage.further(),
             Item(words("menu.settings"), settings, hint=words("title.settings")),
             Item(words("menu.quit"), stage.quit),

@@ -41,6 +41,7 @@ def test_home_has_six_items_that_are_seen_at_once_and_quit_in_the_corner(
     *names, corner = [item.label for item in home.menu.items]
     assert names == ["Play", "Learn", "Teach", "Watch", "Orb", "Settings"]
     assert (home.menu.title, corner) == ("OrbTouch", "Quit")
+    assert home.menu.items[0].hint.startswith("A falling-block game, played by touching a dome.")
     assert len(home.spots) == 7
     assert home.spots[-1].place.bottom <= home.spots[0].place.top  # beside the title
 
