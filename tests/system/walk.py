@@ -16,7 +16,7 @@ _GAME_S: Final = 1.2  # before a game can be left
 # Doors that end the program, or change what the walk needs.
 SHUT: Final = frozenset({"Quit", "Restart", "Reset"})
 # Pages whose doors correct what the orb has learned: a walk through them would spoil it.
-LEAVES: Final = frozenset({"That was…"})
+LEAVES: Final = frozenset({"Correct the last gesture"})
 # Pages that take gestures for themselves: a held pinch leaves them, none reaches their items.
 TAKING: Final = frozenset(
     {

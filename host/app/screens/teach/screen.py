@@ -133,13 +133,14 @@ class TeachScreen(TeachPage):
         self.show(command_page(self.course, self.words("teach.change_command"), label))
 
     def _correct(self) -> None:
-        words, labels = self.words, (*self.orb.state.gestures, _NULL)
+        words, labels, last = self.words, (*self.orb.state.gestures, _NULL), self.orb.state.last
+        hint = words("teach.taken_for", name=gesture_name(words, last.label if last else ""))
         choices = [
             (gesture_name(words, label), partial(self.orb.send, Correction(label)))
             for label in labels
         ]
         choices.append((words("teach.undo_correction"), partial(self.orb.send, Correction(""))))
-        self.show(ChoicePage(self.course, words("teach.that_was"), choices))
+        self.show(ChoicePage(self.course, words("teach.that_was"), choices, hint))
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
