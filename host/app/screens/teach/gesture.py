@@ -37,7 +37,6 @@ ENOUGH: Final = 5  # examples after which more are of little use
 _ANSWER_S: Final = 3.0  # in which the orb answers an example
 _COMMANDS: Final = (*COMMANDS, "")
 _ROTATIONS: Final = ("none", "half", "all")
-_KEPT_FILES: Final = ("mine", "game", "music")  # proposed names of saved gestures
 _SHOWN: Final = 6  # examples, the newest
 _BESIDE: Final = 0.9  # of the height: in a narrower window the pictures stand below the items
 _COLUMN: Final = 0.54  # of the width, for the items
@@ -49,7 +48,8 @@ Mode = Literal["examples", "learning", "trial"]
 def save_as(course: Course) -> None:
     """Show the page that asks for the name of a copy."""
     save = lambda name: course.orb.lessons.change(SaveAs(name))  # noqa: E731
-    course.stage.push(NamePage(course, "teach.save_as", _KEPT_FILES, save))
+    names = course.stage.look.words("teach.save_names").split()
+    course.stage.push(NamePage(course, "teach.save_as", names, save))
 
 
 class GesturePage(PicturePage):
