@@ -159,7 +159,8 @@ def draw_scenery(layout: Layout, look: Look) -> pygame.Surface:
         )
         scenery.blit(words, (place.left + pad, place.top + round(0.4 * cell)))
     nearest = pygame.Rect(0, 0, round(4.1 * cell), round((1.9 if layout.tall else 2.5) * cell))
-    nearest.width = min(nearest.width, layout.next.width - round(0.4 * cell))
+    room = 2 * (layout.slots[0][0] - layout.next.left) - round(0.4 * cell)
+    nearest.width = min(nearest.width, room)
     nearest.center = layout.slots[0]
     pygame.draw.rect(scenery, palette.raised, nearest.move(here), border_radius=cell // 3)
     if pygame.display.get_init() and pygame.display.get_surface():

@@ -28,7 +28,6 @@ _STUCK_S: Final = 8.0  # a performance that has not ended by then was not begun
 _HUSH_S: Final = 0.8  # after leaving, in which the last gesture may still be recognised
 _LONGEST_S: Final = 0.1  # time that one frame may bring: the game waits while it is not seen
 _STOP: Final = Perform(0, "", 0.0, 0.0)
-_LETTERS: Final = 0.16  # of the board's width, those on it
 
 TakeOver = Callable[[Recorder], None]
 
@@ -149,14 +148,12 @@ class WatchScreen(GamePage):
     # -- what is seen --------------------------------------------------------------------
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
-        """Draw the page, and across the board that this is a demo."""
+        """Draw the page, and above the board that this is a demo."""
         super().draw(surface, self._time_s)
-        look, board = self._stage.look, self._game_view.layout.board
-        size = max(1, round(_LETTERS * board.width))
-        label = theme.fitted(look.words("watch.board"), size, look.palette.accent, board.width)
-        label = label.copy()
-        label.set_alpha(150)
-        surface.blit(label, label.get_rect(midtop=(board.centerx, board.top + size // 2)))
+        look, layout = self._stage.look, self._game_view.layout
+        board, cell = layout.board, layout.cell
+        label = theme.fitted(look.words("watch.board"), cell, look.palette.accent, board.width)
+        surface.blit(label, label.get_rect(midbottom=(board.centerx, board.top - cell // 8)))
 
     def figures(self) -> Sequence[Figure]:
         """Return the game's numbers."""
