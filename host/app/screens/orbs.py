@@ -199,7 +199,7 @@ class CheckScreen(OrbScreen):
         """Return what is to be done, or a line for each check, the worst first."""
         words, step = self.words, self._step
         if step.step != "over":
-            done = Row((words("check.done"), f"{step.progress:.0%}"))
+            done = Row((words("check.done", percent=round(100 * step.progress)),))
             task = rows(words(f"check.{step.step}"), marked=True)
             return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]

@@ -150,10 +150,9 @@ class WatchScreen(GamePage):
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the page, and above the board that this is a demo."""
         super().draw(surface, self._time_s)
-        look, layout = self._stage.look, self._game_view.layout
-        board, cell = layout.board, layout.cell
-        label = theme.fitted(look.words("watch.board"), cell, look.palette.accent, board.width)
-        surface.blit(label, label.get_rect(midbottom=(board.centerx, board.top - cell // 8)))
+        accent, board = self._stage.look.palette.accent, self._game_view.layout.board
+        label = theme.fitted(self.words("watch.board"), board.width // 10, accent, board.width)
+        surface.blit(label, label.get_rect(midbottom=board.move(0, -3).midtop))
 
     def figures(self) -> Sequence[Figure]:
         """Return the game's numbers."""

@@ -175,13 +175,14 @@ class Panel:
 
     def _header(self, view: OrbState) -> None:
         words, unit, box = self._look.words, self._unit, self.layout.header
-        pad, tint = unit.px(6), self._tint(view.link)
-        said = [words(f"dome.{view.link}")] if view.link != "live" else []
-        if view.link == "live" and view.sure:
+        live = view.link == "live"
+        pad, tint = unit.px(6), self._tint("connecting" if live and not view.ready else view.link)
+        said = [words(f"dome.{view.link}")] if not live else []
+        if live and view.sure:
             said.append(f"{view.user} {view.sure:.0%}" if view.user else words("dome.who"))
-        if view.link == "live" and view.welcome and view.welcome.virtual:
+        if live and view.welcome and view.welcome.virtual:
             said.append(words("dome.virtual"))
-        colour = self._look.palette.dim if view.link == "live" else tint
+        colour = self._look.palette.dim if live else tint
         label = unit.text(" · ".join(said), _TEXT, colour, round(0.55 * box.width))
         self._blit(label, midright=(box.right - pad, box.centery))
         lamp = max(4, unit.px(5))
