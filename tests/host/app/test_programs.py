@@ -132,5 +132,5 @@ def test_the_page_says_that_a_mouse_cannot_touch_the_dome_while_it_is_elsewhere(
     window = Window()
     page = ProgramsScreen(window.app.stage, window.app, window.app.programs, Path("none"))
     said = " ".join(row.cells[0] for row in page.menu.table)
-    assert "touch with a phone or an orb" in said
+    assert "touch a phone or a real orb instead" in said
     assert "With a phone" in [item.label for item in page.menu.items]

@@ -13,7 +13,15 @@ from tests.support.fake_device import welcome
 from tests.support.pytest_types import Capture, Patch
 from tests.support.serial_cable import Cable
 
-MAPPING = '[profile.game]\ndrop = "space"\npause = { profile = "desk" }\n[profile.desk]\ndrop="a"\n'
+MAPPING = """
+[profile.game]
+drop = "space"
+pause = { profile = "desk" }
+menu = { arm = true }
+[profile.desk]
+drop = "a"
+menu = { arm = true }
+"""
 
 
 @pytest.fixture

@@ -28,7 +28,6 @@ MAP = parse(
                 "down": {"key": "down", "mode": "hold"},
                 "drop": {"key": "space", "mode": "repeat"},
                 "hold": {"key": "shift", "mode": "toggle"},
-                "say": {"text": "Ab"},
             },
             "desk": {"left": "ctrl+pageup", "pause": {"profile": "game"}},
         },
