@@ -43,7 +43,7 @@ hold = { key = "ctrl", mode = "toggle" }
 right = { key = "right", mode = "repeat" }
 drop = "space"
 left = { key = "shift+a" }
-rotate_cw = { text = "Orb! Orb! Orb! Orb! Orb! Orb! Orb!" }
+rotate_cw = { key = "ctrl+b" }
 """
 STROKES: Final = ("hold down", "tap hold", "hold right", "tap drop", "tap left", "tap rotate_cw")
 
