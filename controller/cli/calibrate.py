@@ -38,6 +38,8 @@ def main(argv: Sequence[str]) -> int:
                 f"{sensor.device_id} is no skin in pF that a touch lowers, and needs no "
                 "calibration; run: controller doctor"
             )
+        if loaded is not None:
+            depth_calibration.refuse_other(loaded, sensor.geometry.rows, sensor.geometry.columns)
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         reader = FrameReader(sensor)

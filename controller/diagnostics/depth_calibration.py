@@ -16,16 +16,17 @@ from controller.shared.aliases import Frames
 from controller.shared.errors import UserError
 
 PRESSING_S: Final = 60.0
-FEWEST: Final = 5  # touches
+FEWEST_TOUCHES: Final = 5
 HELD_S: Final = 0.5  # the shortest touch that counts
 DEPTHS_MM: Final = (2.0, 15.0)  # that can be asked for: a lighter touch may not be felt
-FACTORS: Final = (0.3, 3.0)  # another one is of another depth than was asked for
+FACTOR_RANGE: Final = (0.3, 3.0)  # another one is of another depth than was asked for
 
 
-class _NoNetworks(Networks):
-    """Networks that recognise no gesture."""
+class NoGestures(Networks):
+    """Networks that recognise no gesture: what touches does not depend on them."""
 
     def __init__(self, classes: int) -> None:
+        """Prepare the answer."""
         self._null: Probabilities = np.eye(1, classes, dtype=np.float32)[0]
 
     def probabilities(self, window: Window, user: str = "") -> Probabilities:
@@ -44,25 +45,31 @@ def calibrate(loaded: Bundle, frames: Frames, depth_mm: float) -> tuple[Row, flo
     Raises:
         UserError: The bundle is for another sensor.
     """
-    if loaded.contacts is None or frames.shape[1:] != (loaded.rows, loaded.columns):
-        raise UserError(
-            f"the bundle estimates depth on {loaded.rows}×{loaded.columns} taxels, not on "
-            f"{frames.shape[1]}×{frames.shape[2]}; calibrate without --depth"
-        )
+    refuse_other(loaded, *frames.shape[1:])
     touches = _held(loaded, frames)
-    if len(touches) < FEWEST:
-        words = f"{len(touches)} touches of {HELD_S:.1f} s or more were felt, {FEWEST} are needed"
+    if len(touches) < FEWEST_TOUCHES:
+        felt = f"{len(touches)} touches of {HELD_S:.1f} s or more were felt"
+        words = f"{felt}, {FEWEST_TOUCHES} are needed"
         return Row("depth", Verdict.FAULT, words, "press with one finger, and hold each"), None
     factor = depth_mm / float(np.median(touches))
     found = f"{len(touches)} touches of {depth_mm:.1f} mm look like {np.median(touches):.1f} mm"
-    if not FACTORS[0] <= factor <= FACTORS[1]:
+    if not FACTOR_RANGE[0] <= factor <= FACTOR_RANGE[1]:
         return Row("depth", Verdict.FAULT, found, "check how deep they were"), None
     return Row("depth", Verdict.GOOD, found), factor
 
 
+def refuse_other(loaded: Bundle, rows: int, columns: int) -> None:
+    """Raise UserError if a bundle estimates no depth on so many taxels."""
+    if loaded.contacts is None or (rows, columns) != (loaded.rows, loaded.columns):
+        raise UserError(
+            f"the bundle estimates depth on {loaded.rows}×{loaded.columns} taxels, not on "
+            f"{rows}×{columns}; calibrate without --depth"
+        )
+
+
 def _held(loaded: Bundle, frames: Frames) -> list[float]:
     """Return the estimated depth of each touch of one finger that is held, mm."""
-    pipeline = Pipeline(loaded.settings, _NoNetworks(len(loaded.labels)), Mapping())
+    pipeline = Pipeline(loaded.settings, NoGestures(len(loaded.labels)), Mapping())
     touches, depths = list[float](), list[float]()
     for number, frame in enumerate(frames, 1):
         contact = pipeline.step(frame.astype(np.float32), number / loaded.rate_hz).contact

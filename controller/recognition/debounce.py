@@ -43,7 +43,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.contact import ContactEstimate
-from controller.recognition.turn import SURE, Turned, TurnTracker
+from controller.recognition.turn import CONFIRMED_PROBABILITY, Turned, TurnTracker
 from controller.shared.aliases import Array, Index, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
@@ -309,7 +309,7 @@ class Debouncer:
             mean = mean.copy()
             mean[unready] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
-        needed = SURE if best in said.confirmed else self._needed()
+        needed = CONFIRMED_PROBABILITY if best in said.confirmed else self._needed()
         if mean[best] < needed or (self._here and best not in self._awaited):
             return NULL
         if best in self._patient:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,6 @@ from controller.shared.touch_strength import scaled
 
 Touch = tuple[float, float]  # (x, y), grid units
 Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
-
-_WAYS: Final = 2  # clockwise and counter-clockwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -409,10 +406,11 @@ class Pipeline:
 def _turn(settings: PipelineSettings) -> TurnTracker | None:
     """Return a tracker of the angle for a bundle that answers twists both ways, else None."""
     twists = [settings.labels.index(label) for label in settings.debounce.slow]
-    if settings.contacts is None or len(twists) != _WAYS:
-        return None
     others = {settings.labels.index(label) for label in settings.contact.several}
-    return TurnTracker(twists[0], twists[1], sorted(others.difference(twists)))
+    match twists:
+        case [clockwise, counter] if settings.contacts is not None:
+            return TurnTracker(clockwise, counter, sorted(others.difference(twists)))
+    return None
 
 
 def _unlike(given: NDArray[np.float64], own: NDArray[np.float64]) -> bool:

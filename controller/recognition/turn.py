@@ -1,4 +1,4 @@
-"""How far the fingers of a touch have turned, and what it cannot be answered as yet.
+"""Angle of a touch of several fingers, by which twists are told from their winding up.
 
 A twist may be wound up in contact: the fingers first turn the other way, by up to 30 degrees. So a
 twist is answered when it has turned farther than that, for longer than that takes, or back and
@@ -14,15 +14,15 @@ import numpy as np
 from controller.recognition.contact import ContactEstimate
 from controller.shared.aliases import State
 
-_NEWEST: Final = 0.7  # weight of an angle without error in the running mean
+_NEWEST_WEIGHT: Final = 0.7  # of an angle without error, in the running mean
 _HALVED_DEG: Final = 25.0  # deviation of an angle that halves its weight
 _WOUND_DEG: Final = (36.0, 12.0)  # a smaller angle may be winding up: at first, and later
 _WOUND_S: Final = (0.42, 0.62)  # time in the touch from which, and up to which it falls
-_UNSURE: Final = 0.25  # deviations of the newest angle that are added to that
+_MARGIN_SIGMAS: Final = 0.25  # of the newest angle, added to that
 _BACK_DEG: Final = 6.0  # below its greatest, a turn has ended or goes back
 _REVERSED_DEG: Final = (8.0, 18.0, 4.0)  # turned the other way, back from there, and beyond zero
 _TURNING_DEG: Final = (8.0, 15.0)  # now, or at any time: no pinch for now
-SURE: Final = 0.6  # smoothed probability that suffices where the angle says the same
+CONFIRMED_PROBABILITY: Final = 0.6  # that suffices, smoothed, where the angle says the same
 
 
 class Turned(NamedTuple):
@@ -63,7 +63,7 @@ class TurnTracker:
         if contact is None or contact.fingers == 1:
             return
         mean, least, most, _ = self._angle
-        weight = _NEWEST / (1.0 + (contact.angle_sigma / _HALVED_DEG) ** 2)
+        weight = _NEWEST_WEIGHT / (1.0 + (contact.angle_sigma / _HALVED_DEG) ** 2)
         mean += weight * (contact.angle_deg - mean)
         self._angle[:] = mean, min(least, mean), max(most, mean), contact.angle_sigma
 
@@ -76,7 +76,7 @@ class TurnTracker:
         """Return what the angle says of a touch that has lasted for so long."""
         mean, least, most, sigma = self._angle.tolist()
         clockwise, counter = self._twists
-        needed = float(np.interp(touch_s, _WOUND_S, _WOUND_DEG)) + _UNSURE * sigma
+        needed = float(np.interp(touch_s, _WOUND_S, _WOUND_DEG)) + _MARGIN_SIGMAS * sigma
         wound, back, beyond = _REVERSED_DEG
         waiting, never, confirmed = list[int](), list[int](), list[int]()
         turns = (

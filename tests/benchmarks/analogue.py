@@ -21,11 +21,10 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
+from controller.diagnostics.depth_calibration import NoGestures
 from controller.recognition.contact import ContactEstimate
-from controller.recognition.debounce import NULL
-from controller.recognition.images.frames import Window
 from controller.recognition.mapping import Mapping
-from controller.recognition.pipeline import Networks, Pipeline, Probabilities
+from controller.recognition.pipeline import Pipeline
 from controller.shared.aliases import Array, Frames
 from controller.simulator.hand.performance import SLOTS
 from controller.simulator.orb import PRESETS, OrbModel, OrbSimulator, vary
@@ -48,19 +47,6 @@ GOALS: Final = {
 STEP_MM: Final = 0.5  # of the derivatives for the bound
 
 Rng = np.random.Generator
-
-
-class Nothing(Networks):
-    """Networks that recognise nothing: what touches does not depend on them."""
-
-    def __init__(self, classes: int) -> None:
-        """Prepare the answer."""
-        self._answer = np.zeros(classes, dtype=np.float32)
-        self._answer[NULL] = 1.0
-
-    def probabilities(self, window: Window, user: str = "") -> Probabilities:
-        """Return "null" for certain."""
-        return self._answer
 
 
 def aim(rng: Rng) -> list[Finger]:
@@ -157,7 +143,7 @@ class Session:
 
 def estimated(loaded: Bundle, frames: Frames) -> list[ContactEstimate | None]:
     """Return what the device's pipeline says of each frame."""
-    pipeline = Pipeline(loaded.settings, Nothing(len(loaded.labels)), Mapping())
+    pipeline = Pipeline(loaded.settings, NoGestures(len(loaded.labels)), Mapping())
     return [pipeline.step(frame, n / loaded.rate_hz).contact for n, frame in enumerate(frames, 1)]
 
 

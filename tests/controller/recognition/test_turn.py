@@ -39,8 +39,8 @@ def said(angles: list[float], touch_s: float, sigma: float = 5.0) -> Turned:
     ("angles", "touch_s", "expected"),
     [
         ([0, -10, -25, -25], 0.3, Turned([CCW, CW, PINCH])),  # may be wound up
-        ([0, -20, -60, -60], 0.3, Turned([CCW, PINCH], (), [CW])),  # nobody winds up so far
-        ([0, -10, -25, -25], 0.7, Turned([CCW, PINCH], (), [CW])),  # nor for so long
+        ([0, -20, -60, -60], 0.3, Turned([CCW, PINCH], (), [CW])),  # too far for winding up
+        ([0, -10, -25, -25], 0.7, Turned([CCW, PINCH], (), [CW])),  # and too long
         ([0, -30, -30, -12], 0.7, Turned([CCW, CW, PINCH])),  # it goes back
         ([0, -30, -15, 25, 25], 0.5, Turned([CW, PINCH], [CW, PINCH], [CCW])),  # it was wound up
         ([0, 2, -3, 1], 0.3, Turned([CCW, CW])),  # a pinch does not turn
