@@ -47,7 +47,7 @@ class Verb:
 def verbs() -> Iterator[Verb]:
     """Yield all verbs; `models` is imported when its first one is reached.
 
-    Where two programs have a verb, as `pair`, it is that of the first.
+    Where two programs have a verb, as `install`, it is that of the first.
     """
     yield Verb("play", _PLAY, "host.__main__", host.cli.PLAY[1])
     yield Verb("tetris", _PLAY, "tetris.__main__", tetris.PURPOSE)

@@ -11,7 +11,6 @@ from controller.shared.errors import complain, run, unknown_command
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {
     "find": ("host.cli.find", "list the orbs that are here, and those that were"),
-    "pair": ("host.cli.pair", "pair with an orb over Bluetooth"),
     "install": ("host.cli.install", "send an orb a new bundle"),
 }
 PLAY: Final = ("host.cli.play", "play with an orb, or with a virtual one")  # without a verb

@@ -218,9 +218,9 @@ def _add_orb(add: Callable[..., None]) -> None:
     )
     add(
         "--link URL",
-        "where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
-        "host pair), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb "
-        "of our own)",
+        "where the orb is: a serial port's name, rfcomm://ADDRESS (paired before: orbtouch docs "
+        "bluetooth), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb of "
+        "our own)",
     )
     add(
         "--device NAME",

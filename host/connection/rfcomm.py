@@ -53,7 +53,7 @@ def parse(url: str) -> tuple[str, str]:
     match = _URL.fullmatch(url)
     if match is None:
         raise LinkError(
-            f"{url} is no Bluetooth address; write rfcomm://00:11:22:33:44:55, as host pair says "
+            f"{url} is no Bluetooth address; write rfcomm://00:11:22:33:44:55, as host find lists "
             "it; ?local=00:11:22:33:44:55 (the adapter to use) may follow"
         )
     return match["address"].upper(), match["local"] or ""
@@ -109,7 +109,9 @@ def explain(url: str, address: str, error: OSError) -> str:
 
 _AWAY: Final = "{address} does not answer; is the orb on, near, and not connected elsewhere?"
 _OFF: Final = "there is no Bluetooth adapter, or it is off; bluetoothctl power on"
-_UNPAIRED: Final = "{address} refuses this computer; pair first: host pair {address}"
+_UNPAIRED: Final = (
+    "{address} refuses this computer; pair it in the Bluetooth settings (orbtouch docs bluetooth)"
+)
 _NO_SOCKETS: Final = (
     "this system has no Bluetooth sockets; open the serial port that pairing made: COM5, "
     "/dev/cu.OrbTouch (orbtouch docs bluetooth)"
@@ -122,7 +124,7 @@ _REASONS: Final = {
     errno.ENODEV: _OFF,
     errno.ECONNREFUSED: (
         "{address} refuses the connection; start the orb: controller --link rfcomm:; if it runs, "
-        "it may not know this computer: host pair {address}"
+        "pair it again (orbtouch docs bluetooth)"
     ),
     errno.EACCES: _UNPAIRED,
     errno.EPERM: _UNPAIRED,

@@ -31,7 +31,7 @@ Capture = pytest.CaptureFixture[str]
         ("--demo --seconds 5", "host", "--demo --seconds 5"),
         ("play --demo", "host", "--demo"),
         ("find --json", "host", "find --json"),
-        ("pair orb-1", "host", "pair orb-1"),
+        ("pair --yes", "controller", "pair --yes"),
         ("run --sensor emulated", "controller", "--sensor emulated"),
         ("teach --help", "controller", "teach --help"),
         ("doctor", "controller", "doctor"),

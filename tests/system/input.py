@@ -11,6 +11,7 @@ import array
 import asyncio
 import contextlib
 import fcntl
+import math
 import select
 import socket
 import struct
@@ -20,6 +21,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from controller.shared.bluetooth import bluez
+from controller.shared.bluetooth.pairing_agent import SCREEN, PairingAgent
 
 from .guest import ANSWER_S, CaseError, Guest
 
@@ -112,6 +114,32 @@ class Desktop:
 
     def _do(self, task: Coroutine[Any, Any, Any]) -> Any:
         return self._loop.run_until_complete(task)
+
+
+class SerialDesktop(Desktop):
+    """The Bluetooth settings of the host on hci0, for an orb that is a serial port."""
+
+    transport = "bredr"
+
+    def __init__(self, guest: Guest) -> None:
+        super().__init__(guest)
+        self.shown: list[str] = []  # digits that were confirmed
+
+    def pair_with_digits(self) -> None:
+        """Pair, and confirm the digits that are shown."""
+        self.find()
+        self._do(self._show())
+        self.pair()
+
+    async def _show(self) -> None:
+        """Let BlueZ ask this connection's agent, as that of the caller of Pair."""
+        agent = PairingAgent(self._bus, self._confirm)
+        await agent.register(SCREEN, default=False)
+        agent._closes_s = math.inf
+
+    async def _confirm(self, orb: str, digits: str) -> bool:
+        self.shown.append(digits)
+        return True
 
 
 class ClassicDesktop(Desktop):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 from typing import Any
 
 from .guest import CaseError, Guest, Process
+from .input import SerialDesktop
 
 SEED = "7"
 SECONDS = "12"
@@ -21,31 +23,36 @@ def orb(guest: Guest) -> tuple[Process, str]:
     return process, json.loads(line)["listening"]
 
 
-def pair(guest: Guest, address: str) -> str:
+def pair(guest: Guest) -> str:
     """Pair hci0 with the orb on hci1 as two people would; return the digits."""
     window = guest.python("controller", "pair", "--adapter", "hci1", name="controller-pair")
     window.expect("waiting for a host")
-    host = guest.python("host", "pair", address, "--adapter", "hci0", name="host-pair")
-    asked = digits(guest, host, "is it the same there?"), digits(guest, window, "is it the same")
-    if asked[0] != asked[1]:
-        raise CaseError(f"the two sides show {asked[0]} and {asked[1]}")
+    settings = SerialDesktop(guest)
+    thread = threading.Thread(target=settings.pair_with_digits)
+    thread.start()
+    asked = digits(guest, window, "is it the same")
     window.say("y")
-    host.say("y")
-    window.expect("paired with")
-    host.expect("paired with")
-    host.expect("play: host --link rfcomm://")
-    if window.wait() or host.wait():
-        raise CaseError("pairing did not end well")
-    return asked[0]
+    thread.join()
+    if settings.shown != [asked]:
+        raise CaseError(f"the two sides show {settings.shown} and {asked}")
+    _paired(window, settings)
+    return asked
 
 
 def pair_quickly(guest: Guest) -> None:
     """Pair both adapters with nobody looking."""
     window = guest.python("controller", "pair", "--yes", "--adapter", "hci1", name="window")
     window.expect("waiting for a host")
-    host = guest.python("host", "pair", guest.addresses[1], "--adapter", "hci0", "--yes")
+    settings = SerialDesktop(guest)
+    settings.find()
+    settings.pair()
+    _paired(window, settings)
+
+
+def _paired(window: Process, settings: SerialDesktop) -> None:
+    settings.close()
     window.expect("paired with")
-    if window.wait() or host.wait():
+    if window.wait():
         raise CaseError("pairing did not end well")
 
 

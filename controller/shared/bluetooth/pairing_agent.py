@@ -79,13 +79,9 @@ class PairingAgent(ServiceInterface):
         """Whether the pairing window is open."""
         return time.monotonic() < self._closes_s
 
-    def allow(self, seconds: float) -> None:
-        """Open the pairing window without being discoverable."""
-        self._closes_s = time.monotonic() + seconds
-
     async def open_window(self, adapter: str, seconds: int = PAIRING_S) -> None:
         """Open the pairing window, discoverable and pairable; BlueZ has the same timeout."""
-        self.allow(seconds)
+        self._closes_s = time.monotonic() + seconds
         for name, signature, value in (
             ("DiscoverableTimeout", "u", seconds),
             ("PairableTimeout", "u", seconds),

@@ -1,9 +1,8 @@
-"""Both ends of a pairing, and what status and doctor make of it, against a fake BlueZ."""
+"""The pairing of an orb, and what discovery and doctor make of it, against a fake BlueZ."""
 
 from __future__ import annotations
 
 import threading
-from functools import partial
 
 import pytest
 
@@ -20,11 +19,9 @@ from controller.cli import pair
 from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.shared.bluetooth.bluez import ADAPTER, DEVICE
-from host.cli import pair as host_pair
-from host.connection import discovery, pairing
+from host.connection import discovery
 
 ORB = "00:AA:01:01:00:01"
-ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
 
 
 def test_the_orb_says_who_paired(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,34 +54,6 @@ def test_bluetoothd_must_be_running(fake: FakeBluez, capsys: pytest.CaptureFixtu
     fake.stop()
     assert controller(["pair", "--yes"]) == 1
     assert "systemctl enable --now bluetooth" in capsys.readouterr().err
-    assert host_pair.main(["--yes"]) == 1
-    assert "systemctl enable --now bluetooth" in capsys.readouterr().err
-
-
-def test_the_host_pairs_trusts_and_says_how_to_play(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
-) -> None:
-    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
-    assert host_pair.main([ORB.lower(), "--yes"]) == 0
-    told = capsys.readouterr().out
-    assert f"play: host --link rfcomm://{ORB}" in told
-    assert fake.get(ORB_PATH, DEVICE, "Paired")
-    assert fake.get(ORB_PATH, DEVICE, "Trusted")
-
-
-def test_a_bonded_orb_needs_no_address(fake: FakeBluez, capsys: pytest.CaptureFixture[str]) -> None:
-    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
-    fake.pair(ORB)
-    assert host_pair.main([]) == 0
-    assert "is paired already" in capsys.readouterr().out
-
-
-def test_the_host_finds_no_absent_orb(
-    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(host_pair, "pair", partial(pairing.pair, seconds=1))
-    assert host_pair.main(["--yes"]) == 1
-    assert "found no orb within 1 s" in capsys.readouterr().err
 
 
 def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:

@@ -13,7 +13,7 @@ def run(guest: Guest) -> None:
     controller, url = orb(guest)
     guest.check(url == f"rfcomm://{far}:22", f"the orb waits at {url}")
 
-    guest.saw(f"paired; both sides showed {pair(guest, far)}")
+    guest.saw(f"paired; both sides showed {pair(guest)}")
     records = guest.run("sdptool", "browse", far)
     guest.check("6f726274" in records and '"Serial Port" (0x1101)' in records,
                 "SDP (BlueZ's sdptool): our UUID and Serial Port (0x1101)")  # fmt: skip
