@@ -1,11 +1,10 @@
 """Command line of `controller recordings`: recover, judge and import recordings."""
 
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from controller.recordings import edit, importer, journal_file, reader, summary, writer
 from controller.recordings.description import Description, described
@@ -36,7 +35,7 @@ def _check(argv: Sequence[str]) -> int:
     """Recover journals and judge recordings; return the worst verdict as exit status."""
     grammar = Parser(
         prog="controller recordings",
-        usage="controller recordings PATH ... [--json]\n"
+        usage="controller recordings PATH ...\n"
         "       controller recordings import SOURCE ... DESCRIPTION [--out DIR]",
         description="Recover what a crash has left, then give each recording a verdict (good, "
         "doubtful or failed) with its reasons, and a file that is named a summary. "
@@ -46,22 +45,18 @@ def _check(argv: Sequence[str]) -> int:
         "arrays: "
         "controller recordings import --help",
     )
-    add = grammar.add_argument
-    add("paths", metavar="PATH", nargs="+", type=Path, help="a recording, or a folder of them")
-    add("--json", action="store_true", help="a line of JSON for each file")
+    text = "a recording, or a folder of them"
+    grammar.add_argument("paths", metavar="PATH", nargs="+", type=Path, help=text)
     options = grammar.parse_args(argv)
-    places, kept = _recovered(options.paths, quiet=options.json)
+    places, kept = _recovered(options.paths)
     found = [*_examined(places), *map(_Found, kept)]
     if not found:
         where = ", ".join(map(str, options.paths))
         raise RecordingError(f"there are no recordings in {where}; name files, or a folder of them")
     for one in found:
-        if options.json:
-            print(json.dumps(one.facts | one.report.plain()))
-            continue
         for line in summary.lines(one.report, one.recording):
             print(printable(line))
-    if not options.json and len(found) > 1:
+    if len(found) > 1:
         levels = [one.report.level for one in found]
         counts = [(levels.count(level), level.name.lower()) for level in Level]
         print(f"{len(found)} files: " + ", ".join(f"{n} {word}" for n, word in counts))
@@ -74,7 +69,6 @@ class _Found:
 
     report: Report
     recording: Recording | None = None  # where its summary is wanted
-    facts: dict[str, Any] = field(default_factory=dict)
 
 
 def _examined(paths: Sequence[Path]) -> list["_Found"]:
@@ -95,7 +89,7 @@ def _examined(paths: Sequence[Path]) -> list["_Found"]:
         except OSError as error:
             room = "set TMPDIR to a folder with as much room as it unpacks to"
             raise RecordingError(f"cannot check {path}: {reason(error)}; {room}") from None
-        found.append(_Found(report, recording if path in paths else None, summary.facts(recording)))
+        found.append(_Found(report, recording if path in paths else None))
     by_path = {loaded[number]: shared for number, shared in index.shared().items()}
     return [
         replace(one, report=one.report.also(*duplicated(by_path.get(one.report.path, {}), loaded)))
@@ -110,7 +104,7 @@ def _files(place: Path) -> Iterator[Path]:
             yield file
 
 
-def _recovered(places: Sequence[Path], *, quiet: bool) -> tuple[list[Path], list[Report]]:
+def _recovered(places: Sequence[Path]) -> tuple[list[Path], list[Report]]:
     """Recover journals; return the places of recordings, and reports on journals that remain."""
     recordings: list[Path] = []
     reports: list[Report] = []
@@ -129,8 +123,7 @@ def _recovered(places: Sequence[Path], *, quiet: bool) -> tuple[list[Path], list
                 reports.append(Report(journal, (Finding(Level.FAILED, str(error)),)))
             else:
                 recordings += [done.path] if done.path is not None and journal == place else []
-                if not quiet:
-                    print(printable(done.line))
+                print(printable(done.line))
     return recordings, reports
 
 

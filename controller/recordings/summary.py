@@ -2,8 +2,7 @@
 
 import textwrap
 from collections import Counter
-from dataclasses import asdict
-from typing import Any, Final
+from typing import Final
 
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
@@ -11,19 +10,6 @@ from controller.recordings.recording import Recording
 from controller.shared.errors import count
 
 _WIDTH: Final = 80  # columns of a terminal
-
-
-def facts(recording: Recording) -> dict[str, Any]:
-    """Return what a recording says of itself, as plain data."""
-    truth = recording.truth
-    return {
-        **asdict(recording.origin),
-        "frames": len(recording.t),
-        "excluded": int(recording.excluded.sum()),
-        "commands": dict(Counter(command.command for command in recording.commands)),
-        "marks": dict(Counter(mark.kind for mark in recording.marks)),
-        "touches": None if truth is None else dict(Counter(event.kind for event in truth.events)),
-    }
 
 
 def lines(report: Report, recording: Recording | None = None) -> list[str]:

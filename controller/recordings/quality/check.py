@@ -2,10 +2,10 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,18 +60,6 @@ class Report:
     def also(self, *findings: Finding) -> "Report":
         """Return the report with more findings."""
         return replace(self, findings=(*self.findings, *findings))
-
-    def plain(self) -> dict[str, Any]:
-        """Return the report as plain data."""
-        return {
-            **asdict(self),
-            "path": str(self.path),
-            "verdict": self.level.name.lower(),
-            "findings": [
-                {"level": finding.level.name.lower(), "text": finding.text}
-                for finding in self.findings
-            ],
-        }
 
 
 def examine(path: Path, recording: Recording) -> Report:

@@ -55,7 +55,7 @@ def test_a_misspelt_command(words: str, sentence: str, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("words", "near"),
     [
-        ("recordings --jsno x.npz", "--json"),
+        ("doctor --jsno", "--json"),
         ("install --othr-sensor", "--other-sensor"),
         ("doctor --sensr virtual", "--sensor"),
     ],

@@ -1,6 +1,5 @@
 """`controller recordings`, as somebody types it."""
 
-import json
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -77,18 +76,6 @@ def test_frames_that_stand_twice_are_named(tmp_path: Path, run: Run) -> None:
     status, out, _ = run(tmp_path)
     assert status == 1
     assert f"1200 of its frames are in {tmp_path / 'two.npz'} as well" in out
-
-
-def test_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None:
-    write(tmp_path / "one.npz", broken("dead:2,3"))
-    write(tmp_path / "two.npz", played())
-    status, out, _ = run("--json", tmp_path)
-    first, second = (json.loads(line) for line in out.splitlines())
-    assert (status, first["verdict"], first["useless"]) == (1, "doubtful", [[2, 3]])
-    assert first["cadence"]["measured_hz"] == pytest.approx(10.0)
-    assert second["path"] == str(tmp_path / "two.npz")
-    assert second["said"][0]["events"]["press"] > 5
-    assert (second["user"], second["frames"]) == ("01", 1200)
 
 
 def test_arrays_of_another_sensor_become_recordings_once(tmp_path: Path, run: Run) -> None:
