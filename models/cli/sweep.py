@@ -23,7 +23,10 @@ DESCRIPTION: Final = (
     "cores, or on a Dask cluster; the results are the same. Interrupted, the same command goes on "
     "where it was."
 )
-EXAMPLE: Final = "Try it (a minute): models sweep > try.toml, then models sweep try.toml"
+EXAMPLE: Final = (
+    "Try it (a minute): models simulate --out people --users 6 --minutes 1 --rate 10; models sweep "
+    "> try.toml; models sweep try.toml"
+)
 EXAMPLE_FILE: Final = files("models.studies.sweep").joinpath("example.toml")
 
 
@@ -60,16 +63,13 @@ def _sweep(arguments: argparse.Namespace) -> "Sweep":
 
     file: Path = arguments.file
     made = plan.read(file)
-    workers = arguments.workers or os.cpu_count() or 1
-    out = arguments.out or file.with_suffix(".sweep")
-    sweep = Sweep(made, out, workers=workers, cluster=arguments.cluster)
-    if made.simulated:
-        return sweep
-    places = [(file.parent / folder).resolve() for folder in made.data["folders"]]
-    for place, folder in zip(places, made.data["folders"], strict=True):
+    places = [(file.parent / folder).resolve() for folder in made.data.folders]
+    for place, folder in zip(places, made.data.folders, strict=True):
         if not place.exists():
             raise ValueError(f"{file}: there is no folder {folder} (looked for {place})")
-    return of_recordings(sweep, places)
+    workers = arguments.workers or os.cpu_count() or 1
+    out = arguments.out or file.with_suffix(".sweep")
+    return of_recordings(Sweep(made, out, workers=workers, cluster=arguments.cluster), places)
 
 
 def of_recordings(sweep: "Sweep", places: Sequence[Path]) -> "Sweep":

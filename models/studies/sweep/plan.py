@@ -1,12 +1,11 @@
 """Plan files of sweeps: data, recipe, hold-out, and the axes to vary.
 
-    [data]                  recordings in folders, or settings of a simulation
+    [data]                  folders of recordings
     [train]                 recipe of every network
     [test]                  what is held out, and judged
     [axes]                  lists: every combination is trained
 
-An axis is a setting of [train], of the recipe ("gesture.rate") or of a simulation
-("data.preset").
+An axis is a setting of [train], or of the recipe ("gesture.rate").
 """
 
 import itertools
@@ -20,10 +19,8 @@ from controller.recognition.images.frames import MOST_WINDOW
 from controller.shared import config
 from controller.shared.config import ConfigError
 from controller.shared.errors import UserError
-from controller.simulator.session import TEST_SEEDS
 from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
-from models.data.simulate import DataSet
 from models.data.splits import HoldOut
 
 AMOUNTS: Final = ("users", "sessions", "minutes")
@@ -32,10 +29,6 @@ PLACE_MODELS: Final = MODELS[:2]
 MOST_JOBS: Final = 100_000
 FOLDS: Final = 5  # without [test]
 _PAGE: Final = "orbtouch docs sweeps"
-_SEED: Final[dict[str, Any]] = {
-    "range": (0, TEST_SEEDS.start - 1),
-    "expected": f"a whole number below {TEST_SEEDS.start}: greater seeds are for tests only",
-}
 
 Table = Mapping[str, Any]  # a table of the file
 Job = dict[str, Any]  # "data", "train", "test" and "at", its place on the axes; JSON
@@ -45,26 +38,16 @@ class PlanError(UserError, ValueError):
     """A plan file is not valid; the message is one sentence with the line."""
 
 
-def _upto(default: float, most: float, least: float = 0) -> Any:
-    """Return a field for a number within limits."""
-    return field(default=default, metadata={"range": (least, most)})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation(DataSet):
-    """[data] of simulated people."""
-
-    users: int = _upto(10, 100_000, 1)
-    sessions: int = _upto(2, 10_000, 1)  # of each
-    minutes: float = _upto(3.0, 600.0, 0.5)  # each
-    seed: int = field(default=0, metadata=_SEED)
+def _upto(default: float, most: float) -> Any:
+    """Return a field for a number from 0 to a limit."""
+    return field(default=default, metadata={"range": (0, most)})
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """[data] of recordings."""
+    """[data]: recordings."""
 
-    folders: tuple[str, ...]  # beside the file, or elsewhere
+    folders: tuple[str, ...] = ("data",)  # beside the file, or elsewhere
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +62,7 @@ class Training(Recipe):
     every: bool = field(default=False, metadata={"key": "all"})  # recordings that fail the check
     window: int = _upto(0, MOST_WINDOW)  # images; 0: those of a second
     declared: bool = False  # try no symmetries that are not declared
-    seed: int = field(default=0, metadata=_SEED)
+    seed: int = _upto(0, 2**32 - 1)
     # learn from so many of those not held out, 0: all
     users: int = _upto(0, 100_000)
     sessions: int = _upto(0, 100_000)
@@ -96,38 +79,31 @@ class Plan:
     """A sweep's data, recipe, hold-out and axes, as the file has them."""
 
     name: str = ""  # default: that of the file, without its suffix
-    data: dict[str, Any] = field(default_factory=dict)
+    data: Recorded = field(default_factory=Recorded)
     train: dict[str, Any] = field(default_factory=dict)
     test: HoldOut = field(default_factory=HoldOut)
     axes: dict[str, Any] = field(default_factory=dict)  # values by name, in the file's order
 
-    @property
-    def simulated(self) -> bool:
-        """Whether the data are simulated, not recorded."""
-        return "folders" not in self.data
-
-    def jobs(self, digest: str = "") -> list[Job]:
+    def jobs(self, digest: str) -> list[Job]:
         """Return all trainings in the order of the axes; folds of one point are neighbours.
 
-        The digest is a hash of the recordings and their vocabulary; "" if data are simulated.
+        The digest is a hash of the recordings and their vocabulary.
         """
-        data = {**self.data, **({"sha256": digest} if digest else {})}
+        data, test = {**asdict(self.data), "sha256": digest}, asdict(self.test)
         made: list[Job] = []
         for values in itertools.product(*self.axes.values()):
             at = dict(zip(self.axes, values, strict=True))
-            tables = self.at(at, data)
-            test = asdict(self.test)
+            whole = {"at": at, "data": data, "train": self.at(at)}
             folds = range(self.test.folds or 1)
-            made += [{"at": at, **tables, "test": {**test, "fold": fold}} for fold in folds]
+            made += [{**whole, "test": {**test, "fold": fold}} for fold in folds]
         return made
 
-    def at(self, at: Table, data: Table) -> dict[str, Any]:
-        """Return the tables "data" and "train" at a place on the axes."""
-        tables: dict[str, Any] = {"data": data, "train": self.train}
+    def at(self, at: Table) -> dict[str, Any]:
+        """Return [train] at a place on the axes."""
+        train = self.train
         for name, value in at.items():
-            path = name.split(".")
-            tables = _placed(tables, path if path[0] == "data" else ["train", *path], value)
-        return tables
+            train = _placed(train, name.split("."), value)
+        return train
 
 
 def read(path: Path) -> Plan:
@@ -143,7 +119,6 @@ def parse(table: Table, name: str) -> Plan:
         raise ConfigError("has folds, which hold out all in turn, and hold; give one", "test")
     if not plan.test.hold:
         plan = replace(plan, test=replace(plan.test, folds=plan.test.folds or FOLDS))
-    data_of(plan.data)
     training(plan.train)
     for axis, values in plan.axes.items():
         _check_axis(plan, axis, values)
@@ -151,18 +126,6 @@ def parse(table: Table, name: str) -> Plan:
     if count > MOST_JOBS:
         raise ConfigError(f"is of {count:,} trainings; at most {MOST_JOBS:,} are done", "axes")
     return plan
-
-
-def data_of(table: Table) -> Simulation | Recorded:
-    """Return the settings in [data]; ConfigError if one cannot be used."""
-    if "folders" in table:
-        return config.settings(Recorded, table, "data")
-    made = config.settings(Simulation, table, "data")
-    try:
-        made.repertoire()
-    except ValueError as error:
-        raise ConfigError(f"cannot be simulated: {error}", "data", "gestures") from None
-    return made
 
 
 def training(table: Table) -> Training:
@@ -186,9 +149,7 @@ def _check_axis(plan: Plan, axis: str, values: Any) -> None:
         raise ConfigError(f"has an axis task under [axes], and {why}", "axes", axis)
     for value in values:
         try:
-            tables = plan.at({axis: value}, plan.data)
-            data_of(tables["data"])
-            training(tables["train"])
+            training(plan.at({axis: value}))
         except ConfigError as error:
             raise ConfigError(str(error), "axes", axis) from None
 

@@ -51,7 +51,7 @@ class Sweep:
 
     plan: Plan  # what is trained
     folder: Path  # holds the results
-    digest: str = ""  # hash of the recordings and their vocabulary; "" if data are simulated
+    digest: str = ""  # hash of the recordings and their vocabulary
     places: tuple[str, ...] = ()  # absolute folders of the recordings
     workers: int = 1  # processes on this machine
     cluster: str = ""  # address of a Dask scheduler; "": this machine
@@ -63,7 +63,7 @@ class Sweep:
 
     def order(self, name: str, job: Job) -> Job:
         """Return a job as it is sent: with its name, our version, and the recordings' place."""
-        data = {**job["data"], "folders": list(self.places)} if self.places else job["data"]
+        data = {**job["data"], "folders": list(self.places)}
         return {"name": name, "version": own_version(), "job": {**job, "data": data}}
 
 
@@ -98,7 +98,7 @@ def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str])
         "sweep": plan.name,
         "version": own_version(),
         "axes": plan.axes,
-        "data": {**plan.data, **({"sha256": sweep.digest} if sweep.digest else {})},
+        "data": {**asdict(plan.data), "sha256": sweep.digest},
         "train": plan.train,
         "test": asdict(plan.test),
         "jobs": [

@@ -1,11 +1,10 @@
-"""One training of a sweep: read or simulate, hold out, train, and score what is held out.
+"""One training of a sweep: read, hold out, train, and score what is held out.
 
 The held-out recordings decide nothing, and all others are learned from, for as long as the recipe
 says. By the others' cross-validation symmetries that no vocabulary declares are chosen.
 """
 
 import json
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -21,7 +20,6 @@ from models.data import load, splits, touch_images
 from models.data.examples import Choice, Examples
 from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
-from models.data.simulate import generate
 from models.data.splits import HoldOut
 from models.data.touch_images import Touches
 from models.evaluation import scores
@@ -95,20 +93,10 @@ def scaled(examples: Examples, recordings: NDArray[np.int64]) -> Examples:
 
 @lru_cache(maxsize=KEPT)
 def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool) -> Data:
-    """Return the data set that [data] describes as JSON; simulations are made here."""
+    """Return the data set that [data] describes as JSON."""
     data = json.loads(source)
-
-    def read(folders: list[Path]) -> Data:
-        return load.read(folders, recipe, labels, lambda _: None, window=window, every=every)
-
-    if "folders" not in data:
-        with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
-            simulation = plan.data_of(data)
-            assert isinstance(simulation, plan.Simulation)
-            users, sessions = simulation.users, simulation.sessions
-            generate(simulation, Path(folder), users, sessions, 1, lambda _: None)
-            return read([Path(folder)])
-    found = read([Path(folder) for folder in data["folders"]])
+    folders = [Path(folder) for folder in data["folders"]]
+    found = load.read(folders, recipe, labels, lambda _: None, window=window, every=every)
     if load.fingerprint(found.digest, found.vocabulary) != data["sha256"]:
         raise ValueError(
             f"the recordings in {', '.join(data['folders'])}, or their gestures.toml, differ on "

@@ -27,9 +27,7 @@ pytestmark = pytest.mark.train
 PATIENCE_S = 240.0  # for what a busy machine takes long to do
 TINY = """
 [data]
-users = 4
-sessions = 1
-minutes = 1
+folders = ["people"]
 
 [train]
 gesture.epochs = 1
@@ -47,6 +45,8 @@ seed = [0, 1, 2]
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The tiny sweep, trained one after the other in this process."""
     folder = tmp_path_factory.mktemp("alone")
+    people = ["--out", str(folder / "people"), "--users", "4", "--sessions", "1"]
+    assert main(["simulate", *people, "--minutes", "1", "--rate", "10", "--workers", "1"]) == 0
     (folder / "tiny.toml").write_text(TINY)
     assert main(["sweep", str(folder / "tiny.toml"), "--workers", "1"]) == 0
     return folder / "tiny.sweep"
@@ -140,7 +140,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(alone: Path, tmp_pat
     assert "9 trainings, 9 of them done already" in again.stderr  # and nobody was asked
 
 
-def test_recordings_are_swept_as_simulations_are(tmp_path: Path, capsys: Capture) -> None:
+def test_both_models_of_places_are_judged_on_the_same(tmp_path: Path, capsys: Capture) -> None:
     made = DataSet(minutes=1.0)
     (tmp_path / "data").mkdir()
     for user in range(3):
