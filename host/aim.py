@@ -126,7 +126,7 @@ class Aim:
     def _lift(self, now_s: float) -> list[Action]:
         holds = self._upper and self._landed
         if self._landed:
-            self._lifted_s, self._landed = now_s, False
+            self._lifted_s, self._landed, self.touching = now_s, False, False
         return [Action.HOLD] if holds else []
 
     def _back_again(self, touch: Touch) -> bool:

@@ -75,9 +75,11 @@ class Aiming:
         """Act in the game before the next message comes; all steps of a touch are one command."""
         actions: list[Action] = []
         if isinstance(message, ContactState):
-            touch = _touch(message)
+            touch, steered = _touch(message), self._aim.touching
             self._steered = self._steered and touch is not None
             actions = self._aim.touch(touch, t_s, screen.session.game)
+            if (steered and touch is None) or Action.HOLD in actions:
+                self._orb.answered()
         elif isinstance(message, Command) and (action := ACTIONS.get(message.name)):
             located = self._orb.located(message)
             actions = self._aim.command(action, located, t_s, screen.session.game)

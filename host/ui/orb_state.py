@@ -203,9 +203,13 @@ class OrbState:
 
     def command(self, message: Command, now_s: float) -> None:
         """Take a command."""
+        self.answered()
+        self.last, self.last_s = message, now_s
+
+    def answered(self) -> None:
+        """Take it that the present or last touch did something, as by Aim."""
         self._touches.answer()
         self.unanswered = None
-        self.last, self.last_s = message, now_s
 
     def silent(self, link: LinkState, reason: str) -> None:
         """Take a change of the link for the worse: what was felt is no longer felt."""

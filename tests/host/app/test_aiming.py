@@ -6,7 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 
-from controller.shared.protocol.messages import Command, ContactState
+from controller.shared.protocol.messages import Command, ContactState, Telemetry
 from host.app.screens.learn import LearnScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Delivered, Lost
@@ -167,3 +167,21 @@ def test_the_introduction_ends_with_how_to_aim_where_contacts_come(contacts: boo
         window.key(pygame.K_RETURN)
     said = [line.text for line in screen.lines(window.now_s)]
     assert (window.app.words("aim.mouse") in said) is contacts
+
+
+@pytest.mark.parametrize(("fingers", "key"), [(1, None), (2, "unclear")])
+def test_a_touch_that_steered_is_no_unclear_press(fingers: int, key: str | None) -> None:
+    """One of two fingers does nothing in the game without a gesture, and is explained."""
+    window = playing()
+    finger = Finger(window)
+    pressed = Telemetry(1, bytes([160] * 25), (0.2, 0.7, 0, 0, 0), None, "", True, 40.0)
+    contact = ContactState(1, 0.0, 2.0, 0.02, 8.0, 0.3, fingers, 0.99)
+    for _ in range(20):
+        window.pass_s(0.0, Delivered(pressed, 0))
+        finger.see(contact)
+        window.pass_s(FRAME_S)
+    finger.lift()
+    for _ in range(20):
+        window.pass_s(0.025, FELT)
+    reason = window.app.orb.reason_unanswered(window.now_s)
+    assert (reason and reason.key) == key
