@@ -1,10 +1,11 @@
 """Aim in the window: contacts and gestures of the orb to actions of the game that is played."""
 
-from typing import Final, TypeGuard
+from typing import Final
 
 from controller.shared.protocol.messages import LATE_MS, Command, ContactState, Message, Welcome
 from host.actions import ACTIONS
 from host.aim import Aim, Touch
+from host.app.screens.learn import LearnScreen
 from host.ui.orb_state import OrbState
 from host.ui.zones import Columns
 from tetris.engine.game import Action, Game
@@ -50,9 +51,14 @@ class Aiming:
         """Lift what touches: the link is silent."""
         self._aim = self._aim.again()
 
-    def plays(self, screen: Screen | None) -> TypeGuard[PlayScreen]:
-        """Whether touches steer a game on this screen."""
-        return self.on and isinstance(screen, PlayScreen) and screen.by_hand
+    @property
+    def expected(self) -> bool:
+        """Whether touches steer, unless the orb gives no contacts: before the first, none tells."""
+        return self.wanted and (self.given or not self._lacks)
+
+    def game(self, screen: Screen | None) -> Game | None:
+        """Return the game that touches steer on a screen; None if they steer none."""
+        return _game(screen) if self.on else None
 
     def take(self, message: Message, t_s: float, screen: Screen | None, now_s: float) -> bool:
         """Take a contact or a command, at the orb's time; return whether it is for Aim alone."""
@@ -60,8 +66,9 @@ class Aiming:
         self.given |= contact is not None
         if isinstance(message, Command):
             self._lacks = max(self._ages_ms(), default=0.0) <= LATE_MS
-        if self.plays(screen) and (contact or isinstance(message, Command)):
-            self._steer(message, t_s, screen, now_s)
+        game = self.game(screen)
+        if screen and game and (contact or isinstance(message, Command)):
+            self._steer(message, t_s, screen, game, now_s)
             return True
         if contact:
             self.lost()  # of a touch that began in a game, the end may not be seen there
@@ -71,20 +78,21 @@ class Aiming:
             screen.point(1 - contact.y / self._rows)
         return contact is not None or (isinstance(message, Command) and self._orb.located(message))
 
-    def _steer(self, message: Message, t_s: float, screen: PlayScreen, now_s: float) -> None:
+    def _steer(
+        self, message: Message, t_s: float, screen: Screen, game: Game, now_s: float
+    ) -> None:
         """Act in the game before the next message comes; all steps of a touch are one command."""
         actions: list[Action] = []
         if isinstance(message, ContactState):
             touch, steered = _touch(message), self._aim.touching
             self._steered = self._steered and touch is not None
-            actions = self._aim.touch(touch, t_s, screen.session.game)
+            actions = self._aim.touch(touch, t_s, game)
             if (steered and touch is None) or Action.HOLD in actions:
                 self._orb.answered()
         elif isinstance(message, Command) and (action := ACTIONS.get(message.name)):
-            located = self._orb.located(message)
-            actions = self._aim.command(action, located, t_s, screen.session.game)
+            actions = self._aim.command(action, self._orb.located(message), t_s, game)
         for action in actions:
-            if action in _SHIFTS and self._steered:
+            if isinstance(screen, PlayScreen) and action in _SHIFTS and self._steered:
                 screen.hold((), [action], now_s)
             else:
                 screen.act(action, now_s)
@@ -92,9 +100,9 @@ class Aiming:
         if actions:
             screen.tick(now_s)
 
-    def columns(self, game: Game | None) -> Columns | None:
-        """Return what the dome shows of it in a game; None while it is off."""
-        if game is None or not self.on:
+    def columns(self, screen: Screen | None) -> Columns | None:
+        """Return what the dome shows of it on a screen; None while it is off."""
+        if not self.expected or (game := _game(screen)) is None:
             return None
         lit = sorted({x for x, _ in game.piece.cells}) if game.in_play else []
         return Columns(game.config.columns, *((lit[0], len(lit)) if lit else (0, 0)))
@@ -111,6 +119,13 @@ class Aiming:
     def _ages_ms(self) -> list[float]:
         """Return the ages of recent frames, ascending; the link drops contacts of late ones."""
         return self._orb.latency.recent_ms() if self._orb.latency else []
+
+
+def _game(screen: Screen | None) -> Game | None:
+    """Return the game that a screen lets the player play by the orb; None without one."""
+    if isinstance(screen, LearnScreen):
+        return screen.game if screen.step else None
+    return screen.session.game if isinstance(screen, PlayScreen) and screen.by_hand else None
 
 
 def _touch(contact: ContactState) -> Touch | None:

@@ -180,6 +180,7 @@ class OrbApp(Orb):
         if self.orbs is not None:
             self.orbs.tick()
         self.programs.tick(now_s, received, behind=self._behind)
+        self.aims = self.aiming.expected
         if now_s >= self._long_s:
             self._long_s = math.inf
             self.game.act(Action.PAUSE)
@@ -190,7 +191,7 @@ class OrbApp(Orb):
         self.closed = not self.game.advance(now_s, events)
         screen = self.stage.screen  # what is taught is pressed as in the game that follows
         teaches = self.aiming.on and isinstance(screen, GesturePage)
-        self.touch.light = teaches or self.aiming.plays(screen)
+        self.touch.light = teaches or self.aiming.game(screen) is not None
         self.orb.advance(now_s)
 
     def _take(self, item: Received, now_s: float) -> None:
@@ -242,9 +243,10 @@ class OrbApp(Orb):
             if not self._taken and (action := ACTIONS.get(message.name)):
                 self.game.act(action)
         elif isinstance(message, State):
-            steered = self.aiming.plays(screen)
+            steered = self.aiming.game(screen) is not None
             self._gestures.hold(() if steered else message.pressed, now_s)
-            page = self._taken and isinstance(screen, OrbScreen) and screen.long_leaves
+            taken = self._taken or steered
+            page = taken and isinstance(screen, OrbScreen) and screen.long_leaves
             leaves = "drop" in message.pressed and (page or isinstance(screen, PlayScreen))
             self._long_s = now_s + _LONG_S if leaves else math.inf
 
@@ -313,7 +315,7 @@ class OrbApp(Orb):
         screen = self.stage.screen
         playing = screen if isinstance(screen, PlayScreen) else None
         game = playing.session.game if playing and playing.by_hand else None
-        self.orb.columns = self.aiming.columns(game)
+        self.orb.columns = self.aiming.columns(screen)
         self.orb.board = _rows(game) if game and self.phone else ()
         self.orb.zones = self.zones or (playing is not None and self.orb.pointer is not None)
         scale = settings.scale / 100

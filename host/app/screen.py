@@ -46,6 +46,7 @@ class Orb(Target):
         zones: Whether the dome shows which command a press gives where.
         note: A sentence under the dome; "": the usual ones.
         lessons: What it reported about teaching, and the requests about that.
+        aims: Whether touches steer pieces by their place, as far as is known.
         screen_touched: Whether fingers on a touch screen have touched it.
         originals: English sentences of which the window says in its language that there are some.
         upload: The installation of a bundle under way, or the last one; None before.
@@ -58,7 +59,7 @@ class Orb(Target):
         self.lessons = Lessons(self.send, first=int(time.time()))  # no example had this number
         self.originals: dict[str, None] = {}
         self.upload: BundleUpload | None = None
-        self.screen_touched = False
+        self.aims = self.screen_touched = False
         self._due: list[Message] = []  # for the orb
         self._now_s = self._deaf_until_s = 0.0  # no command is taken before
 
@@ -66,6 +67,12 @@ class Orb(Target):
     def state(self) -> OrbState:
         """The orb as it is drawn: link, image, labels, history."""
         return self.orb
+
+    @property
+    def by_fingers(self) -> bool:
+        """Whether fingers touch a virtual orb: on a phone, or on a touch screen."""
+        phone = self.phone is not None and self.phone.phone is not None
+        return phone or self.screen_touched
 
     def send(self, message: Message) -> None:
         """Send a message to the orb with the next ones."""

@@ -32,16 +32,19 @@ class Stroke:
     hold_s: float  # how long the button is down
     pinch: bool = False  # whether it is the right button
     arc_deg: tuple[float, float] | None = None  # ends of a drag round the rim; None: a press
+    deeper_s: float | None = None  # of a light touch, when it presses deeper; None: a usual one
     pace: float = 1.0  # of the fingers' closing, as a share of the mouse's: it can be followed
 
 
 STROKES: Final = {
     "press": Stroke(0.6),
+    "touch": Stroke(1.2, deeper_s=math.inf),
+    "deeper": Stroke(1.0, deeper_s=0.5),
     "pinch": Stroke(0.8, pinch=True, pace=0.25),
     "twist_cw": Stroke(0.8, arc_deg=(130.0, 50.0)),
     "twist_ccw": Stroke(0.8, arc_deg=(50.0, 130.0)),
 }
-"""By the labels of the gestures that ship; others are shown by no ghost."""
+"""By the labels of the gestures that ship, and touches of Aim; others are shown by no ghost."""
 
 
 def contacts(
@@ -57,7 +60,7 @@ def contacts(
         return ()
     now_s = min(max(at_s, 0.0), stroke.hold_s)
     depth = 1.0 - abs(at_s - now_s) / _SINK_S
-    pointer = PointerInput(pad)
+    pointer = PointerInput(pad, light=stroke.deeper_s is not None)
     if stroke.arc_deg is not None:
         first, last = stroke.arc_deg
         pointer.press(*_on_rim(pad, first - math.copysign(2 * TURN_DEG, last - first)), 0.0)
@@ -67,6 +70,8 @@ def contacts(
         pointer.move(*_on_rim(pad, first + (last - first) * eased))
     else:
         pointer.press(*place, 0.0, pinch=stroke.pinch)
+        if stroke.deeper_s is not None:
+            pointer.deepen(stroke.deeper_s)
     fingers = pointer.contacts(now_s * stroke.pace)
     return tuple(replace(finger, depth_mm=depth * finger.depth_mm) for finger in fingers)
 

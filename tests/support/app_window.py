@@ -1,15 +1,24 @@
 """The application in a window of its own, driven by granted time."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pygame
 
 from controller.bundles import vocabulary
-from controller.shared.protocol.messages import COMMANDS, Command, Contacts, Telemetry, Welcome
+from controller.shared.protocol.messages import (
+    COMMANDS,
+    Command,
+    Contacts,
+    ContactState,
+    Telemetry,
+    Welcome,
+)
 from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.app.application import OrbApp
 from host.connection.receiver import Connected, Delivered, Received
 from host.targets import SIZE
+from tests.support.rise import Rise
 from tetris.engine.game import Game, Phase
 from tetris.window.app import Start
 from tetris.window.play_screen import PlayScreen
@@ -18,6 +27,7 @@ LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 40.0, 100, 300, LABELS, COMMANDS)
 FELT = Delivered(Telemetry(1, bytes([128] * 25), (1.0, 0, 0, 0, 0), None, "", True, 40.0), 0)
 FRAME_S = 1 / 60
+ORB_FRAME_S = 1 / 40
 READY_S = 1.0  # after which the first piece can be moved
 
 
@@ -103,3 +113,27 @@ def playing(welcome: Welcome | None = WELCOME) -> Window:
     window = Window(Start("zen", 1), welcome=welcome)
     window.pass_s(READY_S, *([FELT] if welcome else []))
     return window
+
+
+class Finger:
+    """A finger on the orb of a window, seen 40 times a second."""
+
+    def __init__(self, window: Window) -> None:
+        self.window, self._ms, self._rise = window, 0, Rise()
+
+    def hold(self, seconds: float, x: float, depth_mm: float, y: float = 2.0) -> None:
+        for _ in range(round(seconds / ORB_FRAME_S)):
+            self.see(ContactState(1, x, y, 0.02, depth_mm, 0.3, 1, 0.99))
+            self.window.pass_s(ORB_FRAME_S)
+
+    def see(self, *contacts: ContactState) -> None:
+        """Let contacts come at once, each 25 ms after the one before."""
+        items = []
+        for contact in contacts:
+            self._ms += 25
+            contact = replace(contact, rise_mm=self._rise.of(contact.depth_mm))
+            items.append(Delivered(contact, self._ms))
+        self.window.pass_s(0.0, *items)
+
+    def lift(self) -> None:
+        self.see(ContactState(1))

@@ -82,7 +82,7 @@ def _another(step: object) -> Callable[[dict[str, Any]], bool]:
 def show(window: Window, label: str, x: float, y: float) -> None:
     """Make a gesture with the mouse; the place is in shares of the dome's radius."""
     match label:
-        case "pinch":
+        case "pinch" | "deeper":
             window.press(0.0, 0.0, 0.25, button=3)
         case "twist_cw" | "twist_ccw":
             window.twist(65 if label == "twist_cw" else -65)

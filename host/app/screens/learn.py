@@ -10,7 +10,7 @@ from controller.shared.protocol.teaching import CommandRule, GestureInfo
 from host.actions import ACTIONS
 from host.app.screen import GamePage, Line, Orb
 from host.ui import ghost, naming
-from host.ui.pointer_input import MOUSE_FINGERS, DomeArea
+from host.ui.pointer_input import DomeArea
 from host.ui.zones import fits
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.kit.menu import Item, Menu
@@ -25,12 +25,14 @@ _HUSH_S: Final = 0.6  # after the last step, in which the gesture may still be h
 
 Exits = Callable[[], Sequence[Item]]
 Point = tuple[float, float]  # grid units
-Side = Literal["left", "right", "low", "high", "middle"]
+Side = Literal["left", "right", "low", "high", "middle", "edge"]
 
 _SHOWN: Final = COMMANDS[:-1]  # what a piece can show; a pause shows nothing
 _MIRRORED: Final = {"twist_cw": "twist_ccw"}  # one of the two is enough
 _OFF_CENTRE: Final = 0.6  # grid units; nearer to the middle a place has no side
 _GRID: Final = 0.25  # grid units between the places that are tried
+_EDGE: Final = 0.5  # grid units above the upper taxels: the middle of what holds a piece
+_POINT: Final = "point"  # the command of a lesson of Aim that any step of the piece fulfils
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,8 @@ class Step:
     def side(self, pad: DomeArea) -> Side:
         """Return the part of the dome in which the place lies."""
         across, up = self.place[0] - pad.centre[0], self.place[1] - pad.centre[1]
+        if self.place[1] > pad.rows - 1:
+            return "edge"
         if max(abs(across), abs(up)) < _OFF_CENTRE:
             return "middle"
         if abs(up) > abs(across):
@@ -66,11 +70,10 @@ class LearnScreen(GamePage):
         self.steps: tuple[Step, ...] = ()
         self.number = -1 if ask else 0
         self._exits = exits
-        self._infos: list[GestureInfo] = []  # that the steps are made from
+        self._made_of: tuple[list[GestureInfo], bool] = [], False  # and whether for Aim
         self._told: tuple[str, float] | None = None  # what was understood instead, and when
         self._right_s: float | None = None  # when the step's gesture was made
         self._since_s = stage.time_s  # when the step began
-        self._screen_touched = False  # whether the player touches a screen, not a mouse
         super().__init__(stage, orb, Game(_SEED, _STILL))
 
     @property
@@ -101,15 +104,28 @@ class LearnScreen(GamePage):
         step = self.step
         if step is None:
             return bool(self.steps) and self.number >= 0 and time_s < self._since_s + _HUSH_S
-        action = ACTIONS.get(command.name)
-        if action is not None and action is not Action.PAUSE:
-            again = [Action.RESTART] if self.game.phase is Phase.OVER else []
-            self.show(self.game.update(time_s, [*again, action]))
-        if (command.label, command.name) == (step.label, step.command):
-            self._right_s = time_s if self._right_s is None else self._right_s
-        elif self._right_s is None:
+        right = (command.label, command.name) == (step.label, step.command)
+        self._do(ACTIONS.get(command.name, Action.PAUSE), time_s, right=right)
+        if self._right_s is None:
             self._told = self._instead(command, step), time_s
         return True
+
+    def act(self, action: Action, time_s: float) -> None:
+        """Take an action of Aim in a lesson; at the end, and to leave, it is the menu's."""
+        step = self.step
+        if step is None or action is Action.PAUSE:
+            super().act(action, time_s)
+        elif step.command == _POINT:
+            self._do(action, time_s, right=action in (Action.LEFT, Action.RIGHT))
+        else:
+            self._do(action, time_s, right=action is ACTIONS[step.command])
+
+    def _do(self, action: Action, time_s: float, *, right: bool) -> None:
+        """Let the game do an action; one that is over begins again. `right`: the step's own."""
+        if action is not Action.PAUSE:
+            again = [Action.RESTART] if self.game.phase is Phase.OVER else []
+            self.show(self.game.update(time_s, [*again, action]))
+        self._right_s = time_s if right and self._right_s is None else self._right_s
 
     def _instead(self, command: Command, step: Step) -> str:
         """Return what was understood in place of a step's gesture."""
@@ -125,10 +141,11 @@ class LearnScreen(GamePage):
         """Take the gestures in use; while the orb is describing others, those from before."""
         state = self.orb.state
         infos = [state.gestures[label] for label in state.labels[1:] if label in state.gestures]
-        if infos == self._infos or (self.steps and len(infos) < len(state.labels) - 1):
+        made_of = infos, self.orb.aims
+        if made_of == self._made_of or (self.steps and len(infos) < len(state.labels) - 1):
             return
-        self._infos = infos
-        made = steps(infos, self.orb.state.pad)
+        self._made_of = made_of
+        made = (aim_steps if self.orb.aims else steps)(infos, state.pad)
         if made != self.steps:
             self.steps, self.number = made, min(self.number, 0)
             self._since_s = self._stage.time_s
@@ -141,16 +158,12 @@ class LearnScreen(GamePage):
         self.show(self.game.update(time_s))
         if self._right_s is not None and time_s >= self._right_s + _ON_S:
             self._next()
-        fingers = self.orb.state.contacts
-        self._screen_touched |= any(finger.id >= MOUSE_FINGERS for finger in fingers)
         step, shown_s = self.step, time_s - self._since_s
         self.orb.zones = step is not None and step.located
-        showing = step is not None and not fingers and self._right_s is None
-        self.orb.ghost = (
-            ghost.contacts(step.label, step.place, shown_s, self.orb.state.pad)
-            if step and showing
-            else ()
-        )
+        self.orb.ghost = ()
+        if step and not self.orb.state.contacts and self._right_s is None:
+            pad = self.orb.state.pad
+            self.orb.ghost = ghost.contacts(self._shown(step), step.place, shown_s, pad)
         super().tick(time_s)
 
     def _next(self) -> None:
@@ -166,23 +179,20 @@ class LearnScreen(GamePage):
         """Return what to do, and how it went."""
         words, palette, step = self.words, self._stage.look.palette, self.step
         if step is not None:
+            icon = "press" if step.command == _POINT else step.command
             return [
                 Line(self._dots(), 22, palette.accent, after=8),
-                Line(words(f"learn.does.{step.command}"), 40, palette.text, step.command),
+                Line(words(f"learn.does.{step.command}"), 40, palette.text, icon),
                 Line(self._how(step), 27, palette.text, after=20),
                 self._outcome(step, time_s),
             ]
         if self.number >= 0 and not self.steps:
             return [Line(words("learn.waiting"), 27, palette.dim)]
         title, text = ("title", "ask") if self.number < 0 else ("end", "end_text")
-        said = [
+        return [
             Line(words(f"learn.{title}"), 40, palette.text),
             Line(words(f"learn.{text}"), 27, palette.text, after=20),
         ]
-        if self.number >= 0 and self._stage.settings.control == "aim" and self.orb.state.contact_s:
-            how = "aim.mouse" if self.orb.virtual else "aim.touch"
-            said.append(Line(words(how), 27, palette.accent))
-        return said
 
     def _dots(self) -> str:
         passed = self.number + (self._right_s is not None)
@@ -193,14 +203,18 @@ class LearnScreen(GamePage):
         """What the dome is touched with: a hand, a touch screen's fingers or a mouse."""
         if not self.orb.virtual:
             return "hand"
-        return "screen" if self._screen_touched else "mouse"
+        return "screen" if self.orb.by_fingers else "mouse"
+
+    def _shown(self, step: Step) -> str:
+        """Return the gesture that shows a step: fingers on a screen pinch to press deeper."""
+        return "pinch" if step.label == "deeper" and self._way == "screen" else step.label
 
     def _how(self, step: Step) -> str:
         words = self.words
         if step.label not in ghost.STROKES:
             return words("learn.own", name=step.say)
         side = words(f"learn.side.{step.side(self.orb.state.pad)}")
-        return words(f"learn.{self._way}.{step.label}", side=side)
+        return words(f"learn.{self._way}.{self._shown(step)}", side=side)
 
     def _outcome(self, step: Step, time_s: float) -> Line:
         """Return what came of the last gesture, or how to make one."""
@@ -214,7 +228,7 @@ class LearnScreen(GamePage):
         if reason := self.orb.state.reason_unanswered(time_s):
             return Line(naming.unanswered(words, reason), 25, palette.warn)
         if time_s >= self._since_s + _HINT_S and step.label in ghost.STROKES:
-            return Line(words(f"learn.more.{self._way}.{step.label}"), 25, palette.dim)
+            return Line(words(f"learn.more.{self._way}.{self._shown(step)}"), 25, palette.dim)
         return Line("", 25, palette.dim)
 
 
@@ -229,6 +243,17 @@ def steps(infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
     left_out = {_MIRRORED.get(step.label) for step in found}
     wanted = [step for step in found if step.command in _SHOWN and step.label not in left_out]
     return tuple(sorted(wanted, key=lambda step: _SHOWN.index(step.command)))
+
+
+def aim_steps(infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
+    """Return the steps for Aim: touches first, and gestures that are the same everywhere."""
+    if not infos:
+        return ()
+    middle, left = pad.centre, (0.0, pad.centre[1])
+    others = [one for one in steps(infos, pad) if not one.located and one.command != "drop"]
+    hold = Step("press", "hold", (middle[0], pad.rows - 1 + _EDGE), False, "")
+    touch, deeper = Step("touch", _POINT, left, False, ""), Step("deeper", "drop", left, False, "")
+    return touch, *others, deeper, hold
 
 
 def _place(before: Sequence[CommandRule], rule: CommandRule, pad: DomeArea) -> Point | None:

@@ -1,50 +1,21 @@
 """A game played by Aim in the application."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pygame
 import pytest
 
 from controller.shared.protocol.messages import Command, ContactState, Telemetry
-from host.app.screens.learn import LearnScreen
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Delivered, Lost
-from tests.support.app_window import FELT, READY_S, Window, playing
-from tests.support.rise import Rise
+from tests.support.app_window import FELT, FRAME_S, READY_S, Finger, Window, playing
 from tetris.engine.game import Phase
 from tetris.kit.settings import Settings, save
 from tetris.window.menu_screen import MenuScreen
 
-FRAME_S = 0.025
-
 
 def press_command(name: str) -> Delivered:
     return Delivered(Command(name, "press", 0.99, (0.5, 2.7), 1), 0)
-
-
-class Finger:
-    """A finger on the orb of a window, seen 40 times a second."""
-
-    def __init__(self, window: Window) -> None:
-        self.window, self._ms, self._rise = window, 0, Rise()
-
-    def hold(self, seconds: float, x: float, depth_mm: float, y: float = 2.0) -> None:
-        for _ in range(round(seconds / FRAME_S)):
-            self.see(ContactState(1, x, y, 0.02, depth_mm, 0.3, 1, 0.99))
-            self.window.pass_s(FRAME_S)
-
-    def see(self, *contacts: ContactState) -> None:
-        """Let contacts come at once, each 25 ms after the one before."""
-        items = []
-        for contact in contacts:
-            self._ms += 25
-            contact = replace(contact, rise_mm=self._rise.of(contact.depth_mm))
-            items.append(Delivered(contact, self._ms))
-        self.window.pass_s(0.0, *items)
-
-    def lift(self) -> None:
-        self.see(ContactState(1))
 
 
 def columns(window: Window) -> list[int]:
@@ -151,22 +122,6 @@ def test_in_a_menu_a_touch_chooses_the_item_that_lies_there() -> None:
     chosen, values = menu.selected, [item.value for item in menu.menu.items]
     window.pass_s(0.1, press_command("left"))
     assert (menu.selected, [item.value for item in menu.menu.items]) == (chosen, values)
-
-
-@pytest.mark.parametrize("contacts", [True, False])
-def test_the_introduction_ends_with_how_to_aim_where_contacts_come(contacts: bool) -> None:
-    window = Window()
-    window.pass_s(0.1, FELT)
-    if contacts:
-        Finger(window).hold(0.1, 2.0, 8.0)
-    window.app._guides.learn(window.app.stage)
-    window.pass_s(0.1, FELT)
-    screen = window.app.stage.screen
-    assert isinstance(screen, LearnScreen)
-    for _ in screen.steps:
-        window.key(pygame.K_RETURN)
-    said = [line.text for line in screen.lines(window.now_s)]
-    assert (window.app.words("aim.mouse") in said) is contacts
 
 
 @pytest.mark.parametrize(("fingers", "key"), [(1, None), (2, "unclear")])

@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
@@ -13,7 +14,7 @@ from controller.shared.protocol.teaching import CommandRule, GestureInfo, Vocabu
 from host.app.screens.learn import LearnScreen, Step, steps
 from host.connection.receiver import Delivered, Lost
 from host.ui.pointer_input import DomeArea
-from tests.support.app_window import FELT, LABELS, Window, shipped_gestures
+from tests.support.app_window import FELT, LABELS, Finger, Window, shipped_gestures
 
 PAD = DomeArea()
 FREE = (math.inf, -math.inf, math.inf, -math.inf)  # no bound: left_of, right_of, below, above
@@ -65,10 +66,12 @@ def test_a_rule_that_others_leave_no_room_is_no_step() -> None:
 
 
 class Pupil(Window):
-    """A window that shows the introduction."""
+    """A window that shows the introduction to one of the controls."""
 
-    def __init__(self) -> None:
+    def __init__(self, control: str = "buttons") -> None:
         super().__init__()
+        stage = self.app.stage
+        stage.change(replace(stage.settings, control=control))
         self.pass_s(0.1, FELT)
         self.learn = LearnScreen(self.app.stage, self.app)
         self.app.stage.push(self.learn)
@@ -166,10 +169,51 @@ def test_it_waits_for_the_orb_and_says_when_it_is_lost() -> None:
 def test_the_words_are_others_for_a_mouse_a_touch_screen_and_a_hand() -> None:
     pupil = Pupil()
     assert "Click the left side" in pupil.said
-    pupil.app.touch.finger("finger", *PAD.centre, down=True)
-    pupil.app.outgoing(pupil.now_s)
+    pupil.app.handle(pygame.event.Event(pygame.FINGERDOWN, x=0.1, y=0.3, finger_id=1), 0.0)
     pupil.pass_s(0.1)
     assert "Tap the left side" in pupil.said
+
+
+def test_where_a_touch_points_at_a_column_the_steps_are_its_touches() -> None:
+    """Each is taken from what it does in the game, the twist from its command."""
+    pupil = Pupil("aim")
+    finger, twist = Finger(pupil), made("twist_cw", "rotate_cw")
+    done = []
+    while step := pupil.learn.step:
+        done.append((step.label, step.command))
+        if step.label == "twist_cw":
+            pupil.pass_s(0.1, twist)
+        else:
+            x, y = step.place
+            finger.hold(0.4, x, 8.0, y)
+            if step.label == "deeper":
+                assert not pupil.learn.game.pieces_placed
+                finger.hold(0.2, x, 13.0, y)
+            finger.lift()
+        pupil.pass_s(ON_S)
+    touches = [("touch", "point"), ("twist_cw", "rotate_cw"), ("deeper", "drop"), ("press", "hold")]
+    assert done == touches
+    game = pupil.learn.game
+    assert (game.pieces_placed, game.hold is None) == (1, False)
+
+
+def test_an_orb_without_contacts_is_taught_by_its_presses_where_pointing_is_chosen() -> None:
+    pupil = Pupil("aim")
+    assert "Hold the left button on a column" in pupil.said
+    assert pupil.app.orb.columns
+    pupil.pass_s(0.1, made("press", "left"))
+    pupil.pass_s(0.1)
+    assert "Click the left side" in pupil.said
+    assert pupil.app.orb.columns is None
+
+
+def test_fingers_on_a_screen_close_to_drop_since_they_press_no_deeper() -> None:
+    pupil = Pupil("aim")
+    pupil.app.screen_touched = True
+    pupil.learn.number = [step.label for step in pupil.learn.steps].index("deeper")
+    pupil.pass_s(0.8)
+    assert "Close two fingers" in pupil.said
+    assert len(pupil.app.ghost) == 2
 
 
 def test_the_first_start_offers_it_once(tmp_path: Path) -> None:

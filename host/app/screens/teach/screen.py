@@ -101,8 +101,7 @@ class TeachScreen(TeachPage):
     # -- pages that it leads to ----------------------------------------------------------
 
     def _new(self) -> None:
-        phone = self.orb.phone is not None and self.orb.phone.phone is not None
-        hands = not self.orb.virtual or phone or self.orb.screen_touched
+        hands = not self.orb.virtual or self.orb.by_fingers
         proposed = (*_BY_POINTER, *_BY_HAND) if hands else _BY_POINTER
         names = [name for name in proposed if name not in self.orb.state.gestures]
         self.show(NamePage(self.course, "teach.name", names, self._named))
