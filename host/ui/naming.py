@@ -1,10 +1,14 @@
 """Names of gestures and commands, and other words about the orb, in the language in use."""
 
+import re
 from itertools import zip_longest
+from typing import Final
 
 from controller.shared.notices import TEMPLATES, Notice, names, worded
 from host.ui.unanswered import Reason
 from tetris.kit.language import Words
+
+_NUMBER: Final = re.compile(r"[+-]?\d+(\.\d+)?%?")
 
 
 def gesture(words: Words, label: str) -> str:
@@ -22,6 +26,11 @@ def check_name(words: Words, name: str) -> str:
     return _known(words, f"check.name.{name}", said(words, name))
 
 
+def mapping(words: Words, name: str) -> str:
+    """Return the name of a mapping, or of one of its profiles."""
+    return _known(words, f"programs.name.{name}", name)
+
+
 def unanswered(words: Words, reason: Reason) -> str:
     """Return why a touch gave no command, a sentence."""
     names = [gesture(words, label) for label in reason.labels]
@@ -29,9 +38,9 @@ def unanswered(words: Words, reason: Reason) -> str:
 
 
 def said(words: Words, sentence: str) -> str:
-    """Return a sentence of the orb or the trainer in the language in use; free text as it is."""
+    """Return a sentence, or a number in one, in the language in use; free text as it is."""
     if not isinstance(sentence, Notice):
-        return sentence
+        return words.number(sentence) if _NUMBER.fullmatch(sentence) else sentence
     code = sentence.code
     template = words(key := f"said.{code}")
     arguments = [

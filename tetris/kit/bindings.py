@@ -16,6 +16,8 @@ from typing import Final, Generic, NamedTuple, TypeVar
 
 import pygame
 
+from tetris.kit.language import Words
+
 Code = int | str  # a pygame key, or the name of a pad's button
 Action = TypeVar("Action", bound=Enum)  # the application's; a value is its name in bindings
 Names = Mapping[str, Sequence[str]]  # from an action's name to names of keys or buttons
@@ -52,16 +54,15 @@ def is_name(name: str) -> bool:
     return name in _KEY_CODES or name.startswith(("pad_", "stick_"))
 
 
-def caption(name: str) -> str:
+def caption(name: str, words: Words) -> str:
     """Return what to write on the screen for a key or a button."""
-    if name in _CAPS:
-        return _CAPS[name]
-    if name.startswith("pad_"):
-        name = name.removeprefix("pad_")
-        return _CAPS.get(name, name.title())
-    if name.startswith("stick_"):
-        return "Stick " + _CAPS.get(name.removeprefix("stick_"), "")
-    return name.replace("kp", "Num ", 1).replace("_", " ").title()
+    name = name.removeprefix("pad_")
+    said = words(key := f"key.{name}")
+    if said != key or name in _CAPS:
+        return said if said != key else _CAPS[name]
+    if "_" in name:
+        return " ".join(caption(part, words) for part in name.split("_"))
+    return name.replace("kp", "Num ", 1).title()
 
 
 def table(kinds: Iterable[Action], *bindings: Names) -> dict[Code, Action]:

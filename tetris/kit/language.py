@@ -26,6 +26,11 @@ class Words:
         words = self.table.get(key) or self.spare.get(key) or key
         return words.format(**values) if values else words
 
+    def number(self, value: object, form: str = "") -> str:
+        """Return a number, or a text of English figures such as 1:05.20, as the language has it."""
+        signs = self("number.group"), self("number.point"), " %"
+        return format(value, form).translate(dict(zip(map(ord, ",.%"), signs, strict=True)))
+
 
 def load(name: str) -> Words:
     """Return a language by its file's name; English where there is no such file."""

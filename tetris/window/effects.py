@@ -218,7 +218,7 @@ def praise(event: happened.Locked, look: Look) -> list[Line]:
     if clear.combo > 0:
         lines.append((words("callout.combo", count=clear.combo), palette.cool))
     if clear.points:
-        lines.append((f"+{clear.points:,}", palette.text))
+        lines.append((words.number(clear.points, "+,"), palette.text))
     return lines
 
 

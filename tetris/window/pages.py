@@ -196,7 +196,7 @@ class BindingScreen(MenuScreen):
             words(f"actions.{action}"),
             change,
             value=words(f"bindings.press{pad}" if waits else "bindings.none"),
-            caps=tuple(bindings.caption(name) for name in names),
+            caps=tuple(bindings.caption(name, words) for name in names),
             step=change,
             hint=words(f"bindings.hint{pad}"),
         )
@@ -252,7 +252,7 @@ def _table(entries: Sequence[Entry], ranking: Ranking, words: Words) -> list[Row
             "pieces_per_s": f"{entry.pieces_per_s:.2f}",
             "date": entry.date.split(" ")[0],
         }
-        rows.append(Row(tuple(cells[key] for key in keys), marked=place == 1))
+        rows.append(Row(tuple(words.number(cells[key]) for key in keys), marked=place == 1))
     return rows
 
 
@@ -270,7 +270,8 @@ def replays_screen(
         except ReplayError:
             return when
         score, lines = replay.outcome.score, replay.outcome.lines
-        figure = f"{score:,}" if ranking == "score" else words("replays.lines", lines=lines)
+        points = ranking == "score"
+        figure = words.number(score, ",") if points else words("replays.lines", lines=lines)
         return " · ".join((figure, clock(replay.length_s)[:-3], when[5:]))
 
     def item(path: Path) -> Item:
@@ -313,7 +314,7 @@ def result_rows(session: Session, words: Words) -> list[Row]:
     if game.row_us:
         del values["level"]
         values = {"pace": per_second(pace_of(game.row_us))} | values
-    rows = [Row((words(f"over.{name}"), value)) for name, value in values.items()]
+    rows = [Row((words(f"over.{name}"), words.number(value))) for name, value in values.items()]
     if session.mode.ranking == "time":
         rows[0], rows[1] = rows[1], rows[0]
     return rows

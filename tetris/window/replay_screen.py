@@ -69,6 +69,7 @@ class ReplayScreen(MenuScreen):
     def _page(self) -> Menu:
         words, player = self._stage.look.words, self._player
         here_s, whole_s = player.time_s - player.start_s, player.replay.length_s
+        times = words("settings.times", value=words.number(_SPEEDS[self._speed], "g"))
         items = [
             Item(words("replays.stop" if self._playing else "replays.play"), self._toggle),
             Item(
@@ -76,7 +77,7 @@ class ReplayScreen(MenuScreen):
                 value=f"{clock(here_s)[:-3]} / {clock(whole_s)[:-3]}",
                 step=self._seek,
             ),
-            Item(words("replays.speed"), value=f"{_SPEEDS[self._speed]:g} ×", step=self._faster),
+            Item(words("replays.speed"), value=times, step=self._faster),
             Item(words("replays.take_over"), self._play_on, hint=words("replays.take_over_hint")),
             Item(words("menu.back"), self._stage.pop),
         ]

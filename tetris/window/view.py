@@ -280,7 +280,7 @@ class GameView:
         palette, words = self._look.palette, self._look.words
         yield words(_TITLES.get(game.result, "view.over")), 1.5, palette.text
         if game.phase is Phase.OVER:
-            yield words("view.points", points=f"{game.score:,}"), 0.85, palette.accent
+            yield words("view.points", points=words.number(game.score, ",")), 0.85, palette.accent
 
     def _draw_words(self, surface: pygame.Surface, *lines: _Line) -> None:
         board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
@@ -318,15 +318,14 @@ class GameView:
         return max(4, round(self.layout.cell * 0.82))
 
     def _draw_figures(self, surface: pygame.Surface, figures: Sequence[Figure]) -> None:
-        letter, palette = self.layout.letter, self._look.palette
+        letter, palette, words = self.layout.letter, self._look.palette, self._look.words
         places = self.layout.figures
         for row, (figure, place) in enumerate(zip(figures, places, strict=False)):
             left, widest, bottom = place.left, max(1, place.width), place.bottom
             size = round(letter * (1.25 if row == 0 and not self.layout.tall else 1.05))
-            number = theme.fitted(figure.value, size, palette.text, widest)
+            number = theme.fitted(words.number(figure.value), size, palette.text, widest)
             surface.blit(number, number.get_rect(bottomleft=(left, bottom)))
-            words = self._look.words(figure.key)
-            label = theme.fitted(words, round(letter * 0.6), palette.dim, widest)
+            label = theme.fitted(words(figure.key), round(letter * 0.6), palette.dim, widest)
             above = bottom - max(round(1.2 * letter), number.get_height() - 2)
             surface.blit(label, label.get_rect(bottomleft=(left, above)))
             if figure.share is not None:

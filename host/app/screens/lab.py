@@ -134,7 +134,7 @@ class LabScreen(OrbScreen):
         if state.hops:
             lines.append(f"{latency(words, state.hops)} {slowest(words, state.hops)}")
         every = f"{1000 / state.period_ms:.0f}" if state.period_ms else f"{state.rate_hz:.0f}"
-        rate = f"{state.rate_hz:.1f}"
+        rate = words.number(state.rate_hz, ".1f")
         lines.append(words("lab.rate", rate=rate, wanted=every, missed=state.missed))
         return lines
 
@@ -215,7 +215,7 @@ def taxels(
 def _quality(noise: Array, words: Words) -> str:
     """Return the noise of the median taxel and of the worst one, (rows, columns)."""
     row, column = np.unravel_index(int(noise.argmax()), noise.shape)
-    usual, worst = f"{100 * np.median(noise):.2f}", f"{100 * noise[row, column]:.2f}"
+    usual, worst = words.number(np.median(noise), ".2%"), words.number(noise.max(), ".2%")
     return words("lab.quality", usual=usual, worst=worst, place=f"{row}/{column}")
 
 

@@ -165,7 +165,7 @@ class InstallScreen(OrbScreen):
             Item(path.stem, partial(self._install, path), hint=words("install.send_hint"))
             for path in self._files
         ]
-        table = rows(said) if share is None else [Row((said, f"{share:.0%}"))]
+        table = rows(said) if share is None else [Row((said, words.number(share, ".0%")))]
         if not self._files:
             table = rows(words("install.none"))
         items.append(self.back_item())

@@ -10,6 +10,7 @@ from host.app.programs import Mapping, Programs
 from host.app.screen import Orb, OrbScreen, rows
 from host.app.screens.phone import PhoneScreen
 from host.ui import naming
+from tetris.kit.bindings import caption
 from tetris.kit.menu import Item, Menu, Row
 from tetris.kit.stage import Stage
 
@@ -33,16 +34,21 @@ class ProgramsScreen(OrbScreen):
         """The chosen profile."""
         return list(self.mapping.key_map.profiles)[self._profile]
 
+    @property
+    def names(self) -> list[str]:
+        """The names of mapping and profile for people."""
+        return [naming.mapping(self.words, one) for one in (self.mapping.path.stem, self.profile)]
+
     def page(self) -> Menu:
         """Return what is chosen, and whether it is on."""
         words, on, mapping = self.words, self._control.on, self.mapping
-        hint = words("programs.start_hint", arm_key=mapping.key_map.arm_key.upper())
+        hint = words("programs.start_hint", arm_key=caption(mapping.key_map.arm_key, words))
         start = partial(self._control.start, mapping, self.profile)
         key, switch = ("stop", self._control.stop) if on else ("start", start)
         items = [
             self.item(f"programs.{key}", switch, hint=hint),
-            self.item("programs.mapping", value=mapping.path.stem, step=self._turn),
-            self.item("programs.profile", value=self.profile, step=self._turn_profile),
+            self.item("programs.mapping", value=self.names[0], step=self._turn),
+            self.item("programs.profile", value=self.names[1], step=self._turn_profile),
             self.item("programs.edit", self.opening(KeysScreen, self)),
             *([self.item("phone.title", self.opening(PhoneScreen))] if self._by_mouse else []),
             self.back_item(),
@@ -97,13 +103,13 @@ class KeysScreen(OrbScreen):
         names = list(dict.fromkeys((*COMMANDS, *(sorted(welcome.commands) if welcome else ()))))
         items = [self._item(name) for name in names]
         items += [self.item("programs.save", self._save), self.back_item()]
-        title = f"{self._mapping.path.stem}: {self._page.profile}"
-        return Menu(title, items, notice=self._problem)
+        return Menu(": ".join(self._page.names), items, notice=self._problem)
 
     def _item(self, command: str) -> Item:
-        key = self._mapping.key(self._page.profile, command)
+        keys = self._mapping.key(self._page.profile, command).split("+")
+        value = "+".join(caption(key, self.words) for key in keys)
         name = naming.command(self.words, command)
-        return Item(name, value=key, step=partial(self._turn, command))
+        return Item(name, value=value, step=partial(self._turn, command))
 
     def _turn(self, command: str, step: int) -> None:
         profile = self._page.profile

@@ -179,7 +179,8 @@ class Panel:
         pad, tint = unit.px(6), self._tint("connecting" if live and not view.ready else view.link)
         said = [words(f"dome.{view.link}")] if not live else []
         if live and view.sure:
-            said.append(f"{view.user} {view.sure:.0%}" if view.user else words("dome.who"))
+            sure = words.number(view.sure, ".0%")
+            said.append(f"{view.user} {sure}" if view.user else words("dome.who"))
         if live and view.welcome and view.welcome.virtual:
             said.append(words("dome.virtual"))
         colour = self._look.palette.dim if live else tint

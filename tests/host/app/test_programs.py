@@ -1,6 +1,7 @@
 """Control of other programs from the application: mappings, arming, and when keys are pressed."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,7 +12,7 @@ from controller.shared.keymap.key_state import Stroke
 from controller.shared.protocol.messages import Command
 from host.app import programs
 from host.app.programs import Programs
-from host.app.screens.programs import ProgramsScreen
+from host.app.screens.programs import KeysScreen, ProgramsScreen
 from host.connection.receiver import Delivered
 from tests.support.app_window import Window
 
@@ -101,6 +102,19 @@ def test_hot_keys_and_dangerous_keys_cannot_be_chosen() -> None:
 def test_files_that_are_no_mapping_are_left_out(tmp_path: Path) -> None:
     (tmp_path / "notes.toml").write_text("x = 1")
     assert [mapping.path.stem for mapping in programs.mappings(tmp_path)] == ["keyboard", "gamepad"]
+
+
+def test_mappings_profiles_and_keys_have_names_in_the_language(tmp_path: Path) -> None:
+    window = Window()
+    stage = window.app.stage
+    stage.change(replace(stage.settings, language="de"))
+    page = ProgramsScreen(stage, window.app, Programs(), tmp_path)
+    assert {"Tastatur", "Pfeiltasten"} <= {item.value for item in page.menu.items}
+    keys = KeysScreen(stage, window.app, page)
+    assert keys.menu.title == "Tastatur: Pfeiltasten"
+    assert {"fallen lassen": "Leer", "links": "←"}.items() <= {
+        item.label: item.value for item in keys.menu.items
+    }.items()
 
 
 def test_every_page_shows_whether_gestures_press_keys() -> None:

@@ -33,7 +33,7 @@ def test_figures_places_and_gestures_are_set_in() -> None:
     assert said(words, causes) == "3 zu kurz, gehalten für drücken"
     both = listed([press, notice("gesture", "my_own")])
     assert said(words, notice("wait", both, 0.3)) == (
-        "drücken und my own warten darauf jetzt 0.30 s"
+        "drücken und my own warten darauf jetzt 0,30 s"
     )
 
 

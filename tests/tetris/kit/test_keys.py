@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tetris.engine.game import Action
-from tetris.kit import bindings
+from tetris.kit import bindings, language
 from tetris.kit.bindings import DueAction, Keys
 from tetris.kit.pads import Pads, Press
 
@@ -189,10 +189,14 @@ def test_every_action_has_a_key_and_no_key_has_two_actions() -> None:
         ("pad_left", "←"),
         ("pad_l1", "L1"),
         ("stick_up", "Stick ↑"),
+        ("kp_enter", "Num ⏎"),
+        ("pad_lb", "LB"),
+        ("space", "Leer"),
+        ("lctrl", "Strg L"),
     ],
 )
 def test_a_key_is_shown_as_what_stands_on_it(name: str, caption: str) -> None:
-    assert bindings.caption(name) == caption
+    assert bindings.caption(name, language.load("de")) == caption
 
 
 def test_every_key_of_pygame_can_be_bound_by_its_name() -> None:

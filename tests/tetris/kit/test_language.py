@@ -36,6 +36,23 @@ def test_every_language_has_the_same_keys_and_the_same_gaps_to_fill(name: str) -
     }
 
 
+@pytest.mark.parametrize(
+    ("name", "score", "time", "share"),
+    [
+        ("en", "12,345.6", "1:05.20", "85 %"),
+        ("de", "12.345,6", "1:05,20", "85 %"),
+        ("fr", "12\u202f345,6", "1:05,20", "85 %"),
+    ],
+)
+def test_numbers_have_the_signs_of_the_language(
+    name: str, score: str, time: str, share: str
+) -> None:
+    words = language.load(name)
+    assert words.number(12345.6, ",.1f") == score
+    assert words.number("1:05.20") == time
+    assert words.number(0.85, ".0%") == share
+
+
 def literal_keys() -> Iterator[str]:
     folder = Path(language.__file__).parent.parent
     for file in folder.rglob("*.py"):
@@ -93,5 +110,5 @@ def test_the_font_has_every_letter_of_every_language(name: str) -> None:
 def test_the_font_has_every_sign_on_the_keys() -> None:
     pygame.font.init()
     names = [name for by in (bindings.KEYS, bindings.PADS) for each in by.values() for name in each]
-    signs = "".join(bindings.caption(name) for name in names)
+    signs = "".join(bindings.caption(name, language.load("de")) for name in names)
     assert None not in theme.font(30).metrics(signs)

@@ -114,5 +114,5 @@ class PicturePage(TeachPage):
         later_s = latency_s - one.before_s
         if abs(later_s) >= _LATER_S:
             key = "later" if later_s > 0 else "sooner"
-            said.append(words(f"teach.{key}", seconds=f"{abs(later_s):.2f}"))
+            said.append(words(f"teach.{key}", seconds=words.number(abs(later_s), ".2f")))
         return said

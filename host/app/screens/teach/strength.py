@@ -25,7 +25,7 @@ _SETTLE_S: Final = 1.0  # before them, in which the touch that opened the page e
 def named(words: Words, strength: float) -> str:
     """Return a touch strength in words, with its number."""
     key = "light" if strength < 1.0 else "usual" if strength == 1.0 else "strong"
-    return f"{words(f'strength.{key}')}, {strength:.2f}"
+    return f"{words(f'strength.{key}')}, {words.number(strength, '.2f')}"
 
 
 def usual_deviation(orb: Orb) -> float:
