@@ -187,7 +187,9 @@ class LearnScreen(GamePage):
                 self._outcome(step, time_s),
             ]
         if self.number >= 0 and not self.steps:
-            return [Line(words("learn.waiting"), 27, palette.dim)]
+            link = self.orb.state.link
+            key = "learn.waiting" if link == "live" else f"orbs.link_{link}"
+            return [Line(words(key), 27, palette.dim)]
         title, text = ("title", "ask") if self.number < 0 else ("end", "end_text")
         return [
             Line(words(f"learn.{title}"), 40, palette.text),

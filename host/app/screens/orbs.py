@@ -200,7 +200,8 @@ class CheckScreen(OrbScreen):
         words, step = self.words, self._step
         if step.step != "over":
             done = Row((words("check.done", percent=round(100 * step.progress)),))
-            task = rows(words(f"check.{step.step}"), marked=True)
+            key = f"check.{step.step}" if self.orb.state.link == "live" else "orb.lost"
+            task = rows(words(key), marked=True)
             return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]
         items += [self.item("check.again", self._begin), self.back_item()]

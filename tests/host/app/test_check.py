@@ -5,6 +5,7 @@ from controller.shared.protocol.messages import Command
 from controller.shared.protocol.teaching import Check, CheckRow, CheckStep
 from host.app.application import OrbApp
 from host.app.screens.orbs import CheckScreen, PresentOrbScreen
+from host.connection.receiver import Lost
 from tests.support.app_window import WELCOME, Window
 
 
@@ -60,6 +61,15 @@ def test_a_fault_of_the_skin_leads_to_the_check_and_details_have_its_numbers() -
 
 def _text(page: PresentOrbScreen) -> str:
     return " ".join(cell for row in page.menu.table for cell in row.cells)
+
+
+def test_nothing_waits_for_an_orb_that_is_there() -> None:
+    window = Window()
+    page = CheckScreen(window.app.stage, window.app)
+    assert page.menu.table[0].cells == ("The orb begins the check.",)
+    window.pass_s(0.1, Lost("gone"))
+    page.rebuild()
+    assert page.menu.table[0].cells == ("the link to the orb is lost",)
 
 
 def test_leaving_stops_the_check() -> None:
