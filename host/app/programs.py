@@ -1,7 +1,7 @@
 """Control of other programs from the application: the orb's commands press keys in them.
 
-Only while the window is in the background; in the foreground they steer the window itself. It
-begins disarmed, and presses only keys of the mapping.
+Only while the window is in the background; in the foreground they steer the window itself. Only
+keys of the mapping are pressed.
 """
 
 from collections.abc import Sequence
@@ -132,7 +132,7 @@ class Programs:
         return self._target is not None and self._target.keys.armed
 
     def start(self, mapping: Mapping, profile: str) -> None:
-        """Switch it on, disarmed; `said` is why not where no key can be pressed."""
+        """Switch it on, armed: that is the user's decision; `said` is why not if no key can be."""
         self.stop()
         self.mapping, self.profile, self.said = mapping, profile, ""
         key_map = mapping.key_map.beginning(profile)
@@ -144,6 +144,7 @@ class Programs:
             return
         say = partial(setattr, self, "said")
         self._target = KeysTarget(key_map, sender, say, lambda armed: None)
+        self._target.keys.armed = True
 
     def stop(self) -> None:
         """Release all keys, and switch it off."""

@@ -46,10 +46,10 @@ class ProgramsScreen(OrbScreen):
         start = partial(self._control.start, mapping, self.profile)
         key, switch = ("stop", self._control.stop) if on else ("start", start)
         items = [
-            self.item(f"programs.{key}", switch, hint=hint),
             self.item("programs.mapping", value=self.names[0], step=self._turn),
             self.item("programs.profile", value=self.names[1], step=self._turn_profile),
             self.item("programs.edit", self.opening(KeysScreen, self)),
+            self.item(f"programs.{key}", switch, hint=hint),  # not first: no stray pinch takes it
             *([self.item("phone.title", self.opening(PhoneScreen))] if self._by_mouse else []),
             self.back_item(),
         ]

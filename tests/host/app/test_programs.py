@@ -54,16 +54,26 @@ def control() -> Programs:
     return made
 
 
-def test_it_begins_disarmed_and_the_arm_key_arms(control: Programs) -> None:
+def test_switching_it_on_is_enough_and_the_arm_key_pauses_it(control: Programs) -> None:
     control.tick(0.0, [LEFT], behind=True)
-    assert (control.on, control.armed, pressed()) == (True, False, [])
+    assert (control.on, control.armed, pressed()) == (True, True, ["left"])
     assert control.hot_key("f9")
     control.tick(0.1, [LEFT], behind=True)
-    assert (control.armed, pressed()) == (True, ["left"])
+    assert (control.on, control.armed, pressed()) == (True, False, ["left"])
+
+
+def test_nothing_is_switched_on_by_a_second_pinch_on_the_item_that_leads_there(
+    tmp_path: Path,
+) -> None:
+    window = Window()
+    control = window.app.programs = Programs(Sender)  # type: ignore[arg-type]
+    page = ProgramsScreen(window.app.stage, window.app, control, tmp_path)
+    window.app.stage.push(page)
+    window.pass_s(0.1, Delivered(Command("drop", "pinch", 0.99, None, 1), 0))
+    assert not control.on
 
 
 def test_in_front_the_window_keeps_the_commands(control: Programs) -> None:
-    control.hot_key("f9")
     control.tick(0.0, [LEFT], behind=False)
     assert pressed() == []
 
@@ -124,11 +134,11 @@ def test_every_page_shows_whether_gestures_press_keys() -> None:
     window.app.programs = Programs(Sender)  # type: ignore[arg-type]
     before = header(window)
     window.app.programs.start(keyboard, "arrows")
-    window.pass_s(0.1)
-    disarmed = header(window)
-    window.app.programs.hot_key("f9")
     window.pass_s(5.0, Delivered(Command("left", "press", 0.99, None, 1), 0))
     armed = header(window)
+    window.app.programs.hot_key("f9")
+    window.pass_s(0.1)
+    disarmed = header(window)
     assert len({before, disarmed, armed}) == 3
     window.app.programs.stop()
     window.pass_s(0.1)
