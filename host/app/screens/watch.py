@@ -161,14 +161,12 @@ class WatchScreen(GamePage):
     def lines(self, time_s: float) -> list[Line]:
         """Return what the hand means, what was understood, and how often the two agreed."""
         words, palette, score = self.words, self._stage.look.palette, self.score
-        lines = [Line(words("watch.label"), 30, palette.accent, after=20)]
         if self._away:
-            return [*lines, Line(words("watch.away"), 25, palette.warn)]
+            return [Line(words("watch.away"), 25, palette.warn)]
         counts = words("watch.counts", hits=score.hits, intended=score.intended)
         alarms = score.false_alarms + score.duplicates
         faults = words("watch.faults", missed=score.missed, wrong=score.wrong, alarms=alarms)
         return [
-            *lines,
             Line(words("watch.means"), 22, palette.dim, after=2),
             self._intention(),
             Line(words("watch.understood"), 22, palette.dim, after=2),

@@ -61,7 +61,7 @@ class TeachPage(OrbScreen):
         """Ask whether to do something, with a gesture or none (""), once."""
         asked = self.words(question, name=naming.gesture(self.words, label))
         choices = [(self.words("teach.no"), self.rebuild), (self.words("teach.yes"), do)]
-        self.show(ChoicePage(self.course, asked, choices))
+        self.show(ChoicePage(self.course, asked, choices, asks=True))
 
     def leaving(self, do: Do) -> Do:
         """Return what leaves the page, and does something then."""
@@ -156,16 +156,23 @@ class ChoicePage(TeachPage):
     """A page of items to choose one from; choosing leaves it first."""
 
     def __init__(
-        self, course: Course, title: str, choices: Sequence[tuple[str, Do]], hint: str = ""
+        self,
+        course: Course,
+        title: str,
+        choices: Sequence[tuple[str, Do]],
+        hint: str = "",
+        *,
+        asks: bool = False,
     ) -> None:
-        """Offer choices, each with its words and what it does."""
-        self._title, self._choices, self._hint = title, choices, hint
+        """Offer choices, each with its words and what it does; the first of `asks` leads back."""
+        self._title, self._choices, self._hint, self._asks = title, choices, hint, asks
         super().__init__(course)
 
     def page(self) -> Menu:
         """Return the choices."""
         items = [Item(text, self.leaving(do), hint=self._hint) for text, do in self._choices]
-        return Menu(self._title, [*items, self.back_item()], notice=self.notice())
+        items += [] if self._asks else [self.back_item()]
+        return Menu(self._title, items, notice=self.notice())
 
 
 def command_page(course: Course, title: str, label: str, user: str = "") -> ChoicePage:

@@ -181,6 +181,7 @@ def test_a_gesture_of_the_same_name_is_taught_anew_only_if_that_is_confirmed() -
         window.choose("New gesture")
         window.key(pygame.K_w, pygame.K_a, pygame.K_RETURN)
         assert "before" in window.menu.title
+        assert [item.label for item in window.menu.items] == ["No", "Yes"]
         window.choose(answer)
         assert isinstance(window.screen, page)
 

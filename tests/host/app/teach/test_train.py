@@ -242,7 +242,7 @@ def test_training_needs_two_sessions(window: Window) -> None:
     for count in range(3):
         sessions(window, count)
         item = window.menu.items[window.number("Train")]
-        assert item.value == f"{count} sessions"
+        assert item.value == f"sessions: {count}"
         assert (item.do is not None) is (count >= 2)
 
 
