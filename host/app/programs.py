@@ -1,7 +1,6 @@
-"""Control of other programs from the application: the orb's commands press keys in them.
+"""Control of other programs from the application: commands press a mapping's keys in them.
 
-Only while the window is in the background; in the foreground they steer the window itself. Only
-keys of the mapping are pressed.
+Only while the window is in the background; in the foreground they steer the window itself.
 """
 
 from collections.abc import Sequence

@@ -154,6 +154,11 @@ class OrbScreen(MenuScreen):
         """Return the item that leaves the page."""
         return self.item("menu.back", self.leave, **how)
 
+    def link_rows(self) -> list[Row]:
+        """Return why there is no link, as lines of a table."""
+        state = self.orb.state
+        return rows(self._stage.told(state.reason) or self.words(f"orbs.link_{state.link}"))
+
     def opening(self, page: Callable[..., Screen], *rest: Any) -> Callable[[], None]:
         """Return what shows a page about the orb on top of this one; `rest` as it needs."""
         return lambda: self._stage.push(page(self._stage, self.orb, *rest))

@@ -12,13 +12,13 @@ _NUMBER: Final = re.compile(r"[+-]?\d+(\.\d+)?%?")
 
 
 def gesture(words: Words, label: str) -> str:
-    """Return a gesture's name; of one that is not shipped its label in words."""
-    return _known(words, f"dome.gesture.{label}", label)
+    """Return a gesture's name; of one that is not shipped its label in words; "" is nothing."""
+    return _known(words, f"dome.gesture.{label or 'null'}", label)
 
 
 def command(words: Words, name: str) -> str:
-    """Return a command's name; of one of a program's own its name in words."""
-    return _known(words, f"dome.command.{name}", name)
+    """Return a command's name; of one of a program's own its name in words; "" is nothing."""
+    return _known(words, f"dome.command.{name or 'none'}", name)
 
 
 def check_name(words: Words, name: str) -> str:

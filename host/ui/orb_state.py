@@ -86,7 +86,6 @@ class OrbState:
     ready: bool = False
     rate_hz: float = 0.0
     contact: ContactState | None = None  # what touches, if the device estimates it
-    contact_s: float = 0.0  # when that came
     contacts: tuple[Contact, ...] = ()  # that this host puts on a virtual dome, for the rings
     ghost: tuple[Contact, ...] = ()  # fingers that show a gesture, drawn only
     zones: bool = False  # whether the dome shows which command a press gives where
@@ -150,7 +149,7 @@ class OrbState:
             case Telemetry():
                 self.telemetry(message, now_s)
             case ContactState():
-                self.contact, self.contact_s = (message if message.fingers else None), now_s
+                self.contact = message if message.fingers else None
             case Health(found=found):
                 self.health = found
             case Vocabulary() | GestureInfo():

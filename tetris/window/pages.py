@@ -269,10 +269,9 @@ def replays_screen(
             replay = load(path)
         except ReplayError:
             return when
-        score, lines = replay.outcome.score, replay.outcome.lines
-        points = ranking == "score"
-        figure = words.number(score, ",") if points else words("replays.lines", lines=lines)
-        return " · ".join((figure, clock(replay.length_s)[:-3], when[5:]))
+        score, said = replay.outcome.score, words("replays.lines", lines=replay.outcome.lines)
+        said = words.number(score, ",") if ranking == "score" else said
+        return " · ".join((said, clock(replay.length_s)[:-3], when[5:]))
 
     def item(path: Path) -> Item:
         title, when, _ = _named(path, words)

@@ -69,14 +69,11 @@ class ReplayScreen(MenuScreen):
     def _page(self) -> Menu:
         words, player = self._stage.look.words, self._player
         here_s, whole_s = player.time_s - player.start_s, player.replay.length_s
+        place = f"{clock(here_s)[:-3]} / {clock(whole_s)[:-3]}"
         times = words("settings.times", value=words.number(_SPEEDS[self._speed], "g"))
         items = [
             Item(words("replays.stop" if self._playing else "replays.play"), self._toggle),
-            Item(
-                words("replays.position"),
-                value=f"{clock(here_s)[:-3]} / {clock(whole_s)[:-3]}",
-                step=self._seek,
-            ),
+            Item(words("replays.position"), value=place, step=self._seek),
             Item(words("replays.speed"), value=times, step=self._faster),
             Item(words("replays.take_over"), self._play_on, hint=words("replays.take_over_hint")),
             Item(words("menu.back"), self._stage.pop),

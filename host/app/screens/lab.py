@@ -1,7 +1,6 @@
 """The lab: traces of all taxels, their quality, probabilities, latency, recording, faults."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -15,11 +14,11 @@ from controller.shared.taxel_measures import noisy
 from host.app.lab_data import IMAGE_STEP, NOISE_RATIO, SECONDS, Array, LabData
 from host.app.screen import Line, Orb, OrbScreen
 from host.ui import naming
-from tetris.kit import theme
+from host.ui.sprites import SpriteScale
 from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import Stage
-from tetris.kit.theme import Colour, Palette
+from tetris.kit.theme import Colour
 
 # Faults that the virtual orb knows, and the place of each: docs/simulator.md.
 FAULTS: Final = {
@@ -36,6 +35,7 @@ FAULTS: Final = {
     "jitter": "",
 }
 _KINDS: Final = ("", *FAULTS)
+# Ages in s, newest last, images of z - 1 and probabilities.
 Recent = tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]
 
 _FULL: Final = 0.1  # least change of z that fills the height of a trace
@@ -113,103 +113,92 @@ class LabScreen(OrbScreen):
         below.bottom = area.bottom
         self._view.draw(surface, below, self.menu, self.selected, unit)
         area.height -= below.height + round(8 * unit)
-        pen = Pen(surface, stage.look.palette, unit)
-        dim = stage.look.palette.dim
-        lines = [Line(text, _LETTERS, dim, after=4) for text in self._sentences()]
+        pen = SpriteScale(unit, stage.look.palette)
+        lines = [Line(text, _LETTERS, pen.palette.dim, after=4) for text in self._sentences()]
         top = self.draw_lines(surface, area, lines, unit)
         area.height, area.top = area.bottom - top, top
         grid = area.copy()
         grid.width = round(area.width * 0.66)
         shares = pygame.Rect(grid.right, area.top, area.width - grid.width, area.height)
-        recent = self.data.recent(time_s)
-        taxels(pen, grid, recent, self.data.taxel_noise(), time_s, self.words)
-        names = [naming.gesture(self.words, label) for label in self.data.labels]
-        probabilities(pen, shares.inflate(-round(16 * unit), 0), recent, time_s, names)
+        times_s, images, probabilities = self.data.recent(time_s)
+        recent = time_s - times_s, images, probabilities
+        self._draw_taxels(surface, pen, grid, recent)
+        self._draw_shares(surface, pen, shares.inflate(-round(16 * unit), 0), recent)
 
     def _sentences(self) -> list[str]:
         words, state = self.words, self.orb.state
         if state.link != "live":
             return [words("lab.no_orb")]
-        lines = []
-        if state.hops:
-            lines.append(f"{latency(words, state.hops)} {slowest(words, state.hops)}")
-        every = f"{1000 / state.period_ms:.0f}" if state.period_ms else f"{state.rate_hz:.0f}"
+        lines = [latency(words, state.hops)] if state.hops else []
+        wanted = f"{1000 / state.period_ms if state.period_ms else state.rate_hz:.0f}"
         rate = words.number(state.rate_hz, ".1f")
-        lines.append(words("lab.rate", rate=rate, wanted=every, missed=state.missed))
-        return lines
+        return [*lines, words("lab.rate", rate=rate, wanted=wanted, missed=state.missed)]
+
+    def _draw_taxels(
+        self, surface: pygame.Surface, pen: SpriteScale, area: pygame.Rect, recent: Recent
+    ) -> None:
+        """Draw a trace for each taxel as they lie, and a line on their noise."""
+        ages_s, images, _ = recent
+        words, noise = self.words, self.data.taxel_noise()
+        rows, columns = images.shape[1:]
+        palette, loud = pen.palette, noisy(noise, NOISE_RATIO, IMAGE_STEP / 2)
+        last = pygame.Rect(area.left, area.bottom - pen.px(_LINE), area.width, pen.px(_LINE))
+        surface.blit(pen.text(_quality(noise, words), _LETTERS, palette.dim, area.width), last)
+        high, wide = (last.top - area.top) / rows, area.width / columns
+        full = max(_FULL, float(np.abs(images).max()) if len(images) else 0.0)
+        for row, column in np.ndindex(rows, columns):
+            left, top = round(area.left + column * wide), round(area.top + row * high)
+            cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
+            colour = palette.warn if loud[row, column] else palette.cool
+            pygame.draw.rect(surface, palette.surface, cell, border_radius=pen.px(4))
+            pygame.draw.line(surface, palette.line, cell.midleft, (cell.right - 1, cell.centery))
+            heights = images[:, row, column] / (2 * full) + 0.5
+            trace(surface, cell, ages_s, heights, colour)
+            if loud[row, column]:
+                pygame.draw.rect(surface, colour, cell, pen.px(1), border_radius=pen.px(4))
+                label = pen.text(words("lab.noisy"), _LETTERS, colour, cell.width)
+                surface.blit(label, label.get_rect(midbottom=cell.midbottom))
+
+    def _draw_shares(
+        self, surface: pygame.Surface, pen: SpriteScale, area: pygame.Rect, recent: Recent
+    ) -> None:
+        """Draw a strip for each class: its probability over time."""
+        ages_s, _, shares = recent
+        names = [naming.gesture(self.words, label) for label in self.data.labels]
+        high = area.height / max(1, len(names))
+        for number, name in enumerate(names):
+            top = round(area.top + number * high)
+            strip = pygame.Rect(area.left, top, area.width, max(2, round(high) - pen.px(_GAP)))
+            pygame.draw.rect(surface, pen.palette.surface, strip, border_radius=pen.px(4))
+            label = pen.text(name, _LETTERS, None, strip.width - pen.px(12))
+            surface.blit(label, (strip.left + pen.px(6), strip.top + pen.px(2)))
+            trace(surface, strip, ages_s, shares[:, number], pen.palette.accent)
 
 
 def latency(words: Words, hops: Sequence[StageTime]) -> str:
-    """Return how long half of the frames take, hop by hop."""
-    return words("lab.usual", hops=_listed(words, [(hop.name, hop.p50_ms) for hop in hops]))
+    """Return how long half of the frames take, hop by hop, and the slowest of a hundred."""
+    named = [(words(f"lab.hop_{hop.name}"), hop) for hop in hops]
+    usual = ", ".join(f"{name} {hop.p50_ms:.0f} ms" for name, hop in named)
+    slowest = ", ".join(f"{name} {hop.p99_ms:.0f} ms" for name, hop in named)
+    return f"{words('lab.usual', hops=usual)} {words('lab.slowest', hops=slowest)}"
 
 
-def slowest(words: Words, hops: Sequence[StageTime]) -> str:
-    """Return how long the slowest of a hundred frames takes, hop by hop."""
-    return words("lab.slowest", hops=_listed(words, [(hop.name, hop.p99_ms) for hop in hops]))
-
-
-def _listed(words: Words, values: Sequence[tuple[str, float]]) -> str:
-    return ", ".join(f"{words(f'lab.hop_{name}')} {value:.0f} ms" for name, value in values)
-
-
-@dataclass(frozen=True, slots=True)
-class Pen:
-    """A surface, its colours, and the pixels of a design unit."""
-
-    surface: pygame.Surface
-    palette: Palette
-    unit: float
-
-    def px(self, units: float) -> int:
-        """Return design units as pixels, 1 at least."""
-        return max(1, round(units * self.unit))
-
-    def words(self, words: str, colour: Colour, widest: int) -> pygame.Surface:
-        """Return words as a picture."""
-        return theme.fitted(words, self.px(_LETTERS), colour, max(1, widest))
-
-    def trace(
-        self,
-        area: pygame.Rect,
-        ages_s: NDArray[np.float64],
-        heights: NDArray[np.floating],
-        colour: Colour,
-    ) -> None:
-        """Draw values against time: the newest at the right.
-
-        `ages_s` are seconds, (n,), oldest first; `heights` (n,) from 0, the bottom, to 1.
-        """
-        stride = max(1, 2 * len(ages_s) // max(1, area.width))
-        x = area.right - 1 - ages_s[::stride] / SECONDS * (area.width - 1)
-        y = area.bottom - 1 - np.clip(heights[::stride], 0.0, 1.0) * (area.height - 1)
-        if len(x) > 1:
-            pygame.draw.lines(self.surface, colour, False, np.column_stack((x, y)).tolist())
-
-
-def taxels(
-    pen: Pen, area: pygame.Rect, recent: Recent, noise: Array, now_s: float, words: Words
+def trace(
+    surface: pygame.Surface,
+    area: pygame.Rect,
+    ages_s: NDArray[np.float64],
+    heights: NDArray[np.floating],
+    colour: Colour,
 ) -> None:
-    """Draw a trace for each taxel as they lie, and a line on their noise, (rows, columns), of z."""
-    times_s, images, _ = recent
-    rows, columns = images.shape[1:]
-    palette, loud = pen.palette, noisy(noise, NOISE_RATIO, IMAGE_STEP / 2)
-    last = pygame.Rect(area.left, area.bottom - pen.px(_LINE), area.width, pen.px(_LINE))
-    pen.surface.blit(pen.words(_quality(noise, words), palette.dim, area.width), last)
-    high, wide = (last.top - area.top) / rows, area.width / columns
-    full = max(_FULL, float(np.abs(images).max()) if len(images) else 0.0)
-    for row, column in np.ndindex(rows, columns):
-        left, top = round(area.left + column * wide), round(area.top + row * high)
-        cell = pygame.Rect(left, top, round(wide) - pen.px(_GAP), round(high) - pen.px(_GAP))
-        colour = palette.warn if loud[row, column] else palette.cool
-        pygame.draw.rect(pen.surface, palette.surface, cell, border_radius=pen.px(4))
-        pygame.draw.line(pen.surface, palette.line, cell.midleft, (cell.right - 1, cell.centery))
-        heights = images[:, row, column] / (2 * full) + 0.5
-        pen.trace(cell, now_s - times_s, heights, colour)
-        if loud[row, column]:
-            pygame.draw.rect(pen.surface, colour, cell, pen.px(1), border_radius=pen.px(4))
-            label = pen.words(words("lab.noisy"), colour, cell.width)
-            pen.surface.blit(label, label.get_rect(midbottom=cell.midbottom))
+    """Draw values against time: the newest at the right.
+
+    `ages_s` are seconds, (n,), oldest first; `heights` (n,) from 0, the bottom, to 1.
+    """
+    stride = max(1, 2 * len(ages_s) // max(1, area.width))
+    x = area.right - 1 - ages_s[::stride] / SECONDS * (area.width - 1)
+    y = area.bottom - 1 - np.clip(heights[::stride], 0.0, 1.0) * (area.height - 1)
+    if len(x) > 1:
+        pygame.draw.lines(surface, colour, False, np.column_stack((x, y)).tolist())
 
 
 def _quality(noise: Array, words: Words) -> str:
@@ -217,19 +206,3 @@ def _quality(noise: Array, words: Words) -> str:
     row, column = np.unravel_index(int(noise.argmax()), noise.shape)
     usual, worst = words.number(np.median(noise), ".2%"), words.number(noise.max(), ".2%")
     return words("lab.quality", usual=usual, worst=worst, place=f"{row}/{column}")
-
-
-def probabilities(
-    pen: Pen, area: pygame.Rect, recent: Recent, now_s: float, names: Sequence[str]
-) -> None:
-    """Draw a strip for each class: its probability over time."""
-    times_s, _, shares = recent
-    high = area.height / max(1, len(names))
-    ages_s = now_s - times_s
-    for number, name in enumerate(names):
-        top = round(area.top + number * high)
-        strip = pygame.Rect(area.left, top, area.width, max(2, round(high) - pen.px(_GAP)))
-        pygame.draw.rect(pen.surface, pen.palette.surface, strip, border_radius=pen.px(4))
-        label = pen.words(name, pen.palette.text, strip.width - pen.px(12))
-        pen.surface.blit(label, (strip.left + pen.px(6), strip.top + pen.px(2)))
-        pen.trace(strip, ages_s, shares[:, number], pen.palette.accent)

@@ -67,9 +67,8 @@ class OrbsScreen(OrbScreen):
             self.item("lab.title", self._show_lab),
             self.back_item(),
         ]
-        return Menu(
-            words("orbs.title"), items, table=self._state(), notice=self._stage.told(orbs.notice)
-        )
+        table = [] if self.orb.state.link == "live" else self.link_rows()[:2]
+        return Menu(words("orbs.title"), items, table, self._stage.told(orbs.notice))
 
     def _choice(self, entry: KnownDevice) -> Item:
         words = self.words
@@ -82,13 +81,6 @@ class OrbsScreen(OrbScreen):
             value = words("orbs.here") if entry.seen == NOW else entry.seen[:10]
         hint = words("orbs.known_hint" if entry.device_id else "orbs.own_hint")
         return Item(name, partial(self.orbs.choose, entry), value, hint=hint)
-
-    def _state(self) -> list[Row]:
-        """Return how the present orb is, in a line or two."""
-        state, words = self.orb.state, self.words
-        if state.link != "live":
-            return rows(self._stage.told(state.reason) or words(f"orbs.link_{state.link}"))[:2]
-        return []
 
 
 class PresentOrbScreen(OrbScreen):
@@ -125,7 +117,7 @@ class PresentOrbScreen(OrbScreen):
         """Return how it is, in lines."""
         words, state = self.words, self.orb.state
         if state.link != "live" or state.welcome is None:
-            return rows(self._stage.told(state.reason) or words(f"orbs.link_{state.link}"))
+            return self.link_rows()
         lines = [Row((words("orb.state"), f"{state.welcome.name}, {state.rate_hz:.0f} Hz"))]
         if not state.ready:
             lines += rows(words("orb.resting"), marked=True)
@@ -200,8 +192,8 @@ class CheckScreen(OrbScreen):
         words, step = self.words, self._step
         if step.step != "over":
             done = Row((words("check.done", percent=round(100 * step.progress)),))
-            key = f"check.{step.step}" if self.orb.state.link == "live" else "orb.lost"
-            task = rows(words(key), marked=True)
+            live = self.orb.state.link == "live"
+            task = rows(words(f"check.{step.step}"), marked=True) if live else self.link_rows()
             return Menu(words("check.title"), [self.back_item()], table=[*task, done])
         items = [self._line(row) for row in self._found]
         items += [self.item("check.again", self._begin), self.back_item()]

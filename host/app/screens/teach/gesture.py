@@ -22,9 +22,7 @@ from host.app.screens.teach.page import (
     Course,
     Do,
     NamePage,
-    command_name,
     command_page,
-    gesture_name,
 )
 from host.app.screens.teach.pictures import PicturePage
 from host.app.traces import Trace
@@ -126,16 +124,16 @@ class GesturePage(PicturePage):
         words, label = self.words, self.plan.label
         known = self.orb.state.gestures.get(label)
         if known is None:
-            value = command_name(words, self.plan.command)
+            value = naming.command(words, self.plan.command)
             return self.item("teach.command", value=value, step=self._turn_command)
         command = known.rules[0].command if known.rules else ""
         self.plan = replace(self.plan, command=command)
         title = words("teach.change_command")
         show = lambda: self.show(command_page(self.course, title, label))  # noqa: E731
-        return self.item("teach.command", show, command_name(words, command))
+        return self.item("teach.command", show, naming.command(words, command))
 
     def _trial_items(self) -> list[Item]:
-        words, meant = self.words, gesture_name(self.words, self.trial.label)
+        words, meant = self.words, naming.gesture(self.words, self.trial.label)
         items = [
             self.item("teach.end_trial", partial(self._turn_to, "examples")),
             self.item("teach.meant", value=meant, step=self._mean),
@@ -319,7 +317,7 @@ class GesturePage(PicturePage):
             return words("teach.taking")
         if self.mode == "trial":
             count, tries = self.trial.count(self.trial.label)
-            name = gesture_name(words, self.trial.label)
+            name = naming.gesture(words, self.trial.label)
             return words("teach.tried", name=name, count=count, tries=tries)
         return words("teach.now", name=name)
 

@@ -16,7 +16,6 @@ from host.ui.thumbnails import Base, thumbnail
 from host.ui.touch_watch import TouchEvent, TouchWatch
 from tetris.kit import theme
 from tetris.kit.bindings import Code
-from tetris.kit.language import Words
 from tetris.kit.menu import Item, Menu
 from tetris.kit.stage import Stage
 
@@ -61,7 +60,7 @@ class TeachPage(OrbScreen):
         """Ask whether to do something, with a gesture or none (""), once."""
         asked = self.words(question, name=naming.gesture(self.words, label))
         choices = [(self.words("teach.no"), self.rebuild), (self.words("teach.yes"), do)]
-        self.show(ChoicePage(self.course, asked, choices, asks=True))
+        self.show(ChoicePage(self.course, asked, choices))
 
     def leaving(self, do: Do) -> Do:
         """Return what leaves the page, and does something then."""
@@ -142,36 +141,21 @@ class TeachPage(OrbScreen):
         surface.blit(picture, picture.get_rect(midtop=place))
 
 
-def gesture_name(words: Words, label: str) -> str:
-    """Return a gesture's name in a language; "" and "null" are nothing."""
-    return words("teach.nothing") if label in ("", "null") else naming.gesture(words, label)
-
-
-def command_name(words: Words, command: str) -> str:
-    """Return a command's name in a language; "" is nothing."""
-    return naming.command(words, command) if command else words("teach.nothing")
-
-
 class ChoicePage(TeachPage):
     """A page of items to choose one from; choosing leaves it first."""
 
     def __init__(
-        self,
-        course: Course,
-        title: str,
-        choices: Sequence[tuple[str, Do]],
-        hint: str = "",
-        *,
-        asks: bool = False,
+        self, course: Course, title: str, choices: Sequence[tuple[str, Do]], hint: str = ""
     ) -> None:
-        """Offer choices, each with its words and what it does; the first of `asks` leads back."""
-        self._title, self._choices, self._hint, self._asks = title, choices, hint, asks
+        """Offer choices, each with its words and what it does."""
+        self._title, self._choices, self._hint = title, choices, hint
         super().__init__(course)
 
     def page(self) -> Menu:
         """Return the choices."""
         items = [Item(text, self.leaving(do), hint=self._hint) for text, do in self._choices]
-        items += [] if self._asks else [self.back_item()]
+        asks = items[0].label == self.words("teach.no")  # that leads back
+        items += [] if asks else [self.back_item()]
         return Menu(self._title, items, notice=self.notice())
 
 
@@ -179,7 +163,7 @@ def command_page(course: Course, title: str, label: str, user: str = "") -> Choi
     """Return the page that sets the command of a gesture, of one user or of all ("")."""
     words, lessons = course.stage.look.words, course.orb.lessons
     choices = [
-        (command_name(words, each), partial(lessons.change, SetCommand(label, each, user)))
+        (naming.command(words, each), partial(lessons.change, SetCommand(label, each, user)))
         for each in (*COMMANDS, "")
     ]
     return ChoicePage(course, title, choices)

@@ -6,7 +6,7 @@ from typing import Final
 import pygame
 
 from controller.shared.protocol.teaching import LessonCost
-from host.app.screens.teach.page import Course, TeachPage, gesture_name
+from host.app.screens.teach.page import Course, TeachPage
 from host.app.traces import Trace
 from host.ui import naming
 from tetris.kit import theme
@@ -58,7 +58,7 @@ class PicturePage(TeachPage):
         high = self.px(34)
         rows = [(self.words("teach.meant"), self.words("teach.understood"), True)]
         for pair in heard[: -_TRIES - 1 : -1]:
-            meant, understood = (gesture_name(self.words, label) for label in pair)
+            meant, understood = (naming.gesture(self.words, label) for label in pair)
             rows.append((meant, understood, pair[0] != pair[1]))
         for number, (meant, understood, dim) in enumerate(rows[: max(1, room.height // high)]):
             top, half = room.top + number * high, room.width // 2

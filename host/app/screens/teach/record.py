@@ -1,7 +1,6 @@
 """Page on which a session is recorded by cues on the screen, for a training."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -24,11 +23,6 @@ _DOWN_S: Final = 0.45  # of a showing of the ghost, when its fingers come down
 _QUIET_S: Final = 0.8  # after leaving, in which the last gesture may still be recognised
 _LIFT: Final = Perform(0, "", 0.0, 0.0)
 _WORDS: Final = {Phase.GET_READY: "ready", Phase.GO: "go", Phase.REST: "rest", Phase.DONE: "rest"}
-
-
-def homely(text: object) -> str:
-    """Return a text with the user's home folder as ~."""
-    return str(text).replace(str(Path.home()), "~")
 
 
 class RecordPage(TeachPage):
@@ -59,7 +53,7 @@ class RecordPage(TeachPage):
     def page(self) -> Menu:
         """Return the ways to wait and to end."""
         words, status = self.words, self.course.recording
-        where = words("train.where", folder=homely(Path(status.text).parent)) if status else ""
+        where = words("train.where") if status else ""
         go_on = "train.go_on" if self.paused else "train.pause"
         items = [self.item(go_on, self._pause, hint=where), self.item("train.stop", self.leave)]
         problem = self.notice() or (words("train.untouched") if self.paused else "")

@@ -23,9 +23,7 @@ from host.app.screens.teach.page import (
     Do,
     NamePage,
     TeachPage,
-    command_name,
     command_page,
-    gesture_name,
 )
 from host.app.screens.teach.strength import strength_item
 from host.app.screens.teach.train import TrainPage
@@ -87,7 +85,7 @@ class TeachScreen(TeachPage):
     def _item(self, one: GestureInfo) -> Item:
         words = self.words
         commands = dict.fromkeys(rule.command for rule in one.rules) or ("",)
-        value = " / ".join(command_name(words, command) for command in commands)
+        value = " / ".join(naming.command(words, command) for command in commands)
         hint = words("teach.taught_hint", count=one.examples) if one.taught else one.say
         change = partial(self._change, one) if one.taught else None
         return Item(naming.gesture(words, one.label), change, value, hint=hint)
@@ -121,21 +119,19 @@ class TeachScreen(TeachPage):
 
     def _change(self, one: GestureInfo) -> None:
         words, forget = self.words, partial(self.lessons.change, Forget(one.label))
+        title = words("teach.change_command")
         choices: list[tuple[str, Do]] = [
             (words("teach.relearn"), lambda: self._teach(plan_of(one))),
-            (words("teach.change_command"), lambda: self._set_command(one.label)),
+            (title, lambda: self.show(command_page(self.course, title, one.label))),
             (words("teach.remove"), partial(self.ask, "teach.sure_remove", one.label, forget)),
         ]
         self.show(ChoicePage(self.course, naming.gesture(words, one.label), choices))
 
-    def _set_command(self, label: str) -> None:
-        self.show(command_page(self.course, self.words("teach.change_command"), label))
-
     def _correct(self) -> None:
         words, labels, last = self.words, (*self.orb.state.gestures, _NULL), self.orb.state.last
-        hint = words("teach.taken_for", name=gesture_name(words, last.label if last else ""))
+        hint = words("teach.taken_for", name=naming.gesture(words, last.label if last else ""))
         choices = [
-            (gesture_name(words, label), partial(self.orb.send, Correction(label)))
+            (naming.gesture(words, label), partial(self.orb.send, Correction(label)))
             for label in labels
         ]
         choices.append((words("teach.undo_correction"), partial(self.orb.send, Correction(""))))
@@ -143,17 +139,13 @@ class TeachScreen(TeachPage):
 
     def _files(self) -> None:
         words, vocabulary = self.words, self.lessons.vocabulary
-        change = self.lessons.change
+        delete = partial(self.lessons.change, DeleteExamples())
         choices: list[tuple[str, Do]] = [
-            (words("teach.undo"), partial(change, Undo())),
+            (words("teach.undo"), partial(self.lessons.change, Undo())),
             (words("teach.save_as"), partial(save_as, self.course)),
-            (
-                words("teach.delete"),
-                partial(self.ask, "teach.sure_delete", "", partial(change, DeleteExamples())),
-            ),
+            (words("teach.delete"), partial(self.ask, "teach.sure_delete", "", delete)),
         ]
-        folder = vocabulary.folder if vocabulary else ""
-        hint = words("teach.folder", folder=folder) if folder else ""
+        hint = words("teach.folder") if vocabulary and vocabulary.folder else ""
         self.show(ChoicePage(self.course, words("teach.files"), choices, hint))
 
     # -- the picture ---------------------------------------------------------------------
@@ -209,7 +201,7 @@ class UserPage(TeachPage):
             Item(
                 naming.gesture(words, label),
                 partial(self._set, label),
-                value=" / ".join(command_name(words, each) for each in commands),
+                value=" / ".join(naming.command(words, each) for each in commands),
                 hint=words("teach.own_hint" if label in own else "teach.as_all_hint"),
             )
             for label, commands in {**self._common(), **own}.items()

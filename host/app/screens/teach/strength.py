@@ -39,7 +39,7 @@ def usual_deviation(orb: Orb) -> float:
 def strength_item(page: TeachPage, user: str = "") -> Item:
     """Return the item that opens the page of a user, or of all ("")."""
     known = page.lessons.strengths and usual_deviation(page.orb) > 0.0
-    show = partial(StrengthPage.open, page, user) if known else None
+    show = (lambda: page.show(StrengthPage(page.course, user))) if known else None
     value = named(page.words, page.lessons.strength(user)) if known else ""
     return page.item("strength.title", show, value)
 
@@ -53,11 +53,6 @@ class StrengthPage(TeachPage):
         self._means: deque[float] = deque()  # of z - 1, frame by frame
         self._count, self._found = 0, False
         super().__init__(course)
-
-    @classmethod
-    def open(cls, page: TeachPage, user: str) -> None:
-        """Show it on top of another page."""
-        page.show(cls(page.course, user))
 
     def page(self) -> Menu:
         """Return the strength, the number of presses so far, and what can be done."""

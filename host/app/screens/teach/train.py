@@ -8,13 +8,13 @@ from random import Random
 from typing import Final
 
 from controller.shared.cues import NULL_LABEL, ExampleRequest
-from controller.shared.errors import how_to_install, reason
+from controller.shared.errors import reason
 from controller.shared.files import atomic_write, data_folder
 from controller.shared.protocol.teaching import Undo
 from host.app.screen import rows
 from host.app.screens.teach import trainer
 from host.app.screens.teach.page import Course, TeachPage
-from host.app.screens.teach.record import EXAMPLE_S, RecordPage, homely
+from host.app.screens.teach.record import EXAMPLE_S, RecordPage
 from host.app.screens.teach.trainer import GestureResult, TrainingRun
 from host.ui import naming
 from host.ui.orb_state import OrbState
@@ -52,16 +52,13 @@ class TrainPage(TeachPage):
         items = [self.item("train.record", record, value, step=self._turn, hint=hint)]
         if self.orb.virtual:
             value = words("teach.yes" if self._by_hand else "teach.no")
-            step = lambda _: self._toggle()  # noqa: E731
-            items.append(self.item("train.hand", self._toggle, value, step=step))
+            items.append(self.item("train.hand", self._toggle, value, step=self._toggle))
         obstacle = self._obstacle(sessions)
-        train, value = (
-            None if obstacle else self._train,
-            words("train.sessions", count=len(sessions)),
-        )
-        hint = obstacle or words("train.train_hint")
-        items.append(self.item("train.begin", train, value, hint=hint))
-        said = homely(naming.said(words, recording.text)) if recording else ""
+        value, hint = words("train.sessions", count=len(sessions)), words("train.train_hint")
+        train = None if obstacle else self._train
+        items.append(self.item("train.begin", train, value, hint=obstacle or hint))
+        said = naming.said(words, recording.text) if recording else ""
+        said = said.replace(str(Path.home()), "~")
         title, notice = words("train.title"), self.notice() or self._problem
         return Menu(title, [*items, self.back_item()], rows(said)[:3], notice=notice)
 
@@ -77,16 +74,16 @@ class TrainPage(TeachPage):
         if "models" in self._missing:
             return words("train.no_models")
         if self._missing:
-            return words("train.no_torch", how=how_to_install("train"))
+            return words("train.no_torch")
         if vocabulary is not None and not Path(vocabulary.folder).is_dir():
-            return words("train.elsewhere", folder=vocabulary.folder)
+            return words("train.elsewhere")
         return "" if len(sessions) >= trainer.LEAST else words("train.few")
 
     def _turn(self, step: int) -> None:
         place = REPETITIONS.index(self._repetitions) + step
         self._repetitions = REPETITIONS[place % len(REPETITIONS)]
 
-    def _toggle(self) -> None:
+    def _toggle(self, step: int = 1) -> None:
         self._by_hand = not self._by_hand
 
     def _record(self) -> None:
