@@ -1,7 +1,7 @@
 """Link over a listening TCP port: listen://127.0.0.1:PORT.
 
 By default only this machine can connect. Another address, such as 0.0.0.0 (all of this machine's),
-requires a key, or explicit permission to listen without one.
+requires a key.
 """
 
 from __future__ import annotations
