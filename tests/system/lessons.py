@@ -25,7 +25,7 @@ def keep_and_undo(desk: Desk) -> None:
     _learn(desk, window, "swipe", swipe)
     window.choose("Save as…")
     window.choose("mine")
-    window.until(lambda shown: "saved as" in shown["notice"], "the saved file")
+    window.until(lambda shown: "saved" in shown["notice"], "the saved file")
     window.choose("Back")
     swipe(window, 1)
     time.sleep(0.6)

@@ -60,11 +60,11 @@ class ProgramsScreen(OrbScreen):
 
     def _state(self) -> list[Row]:
         words, control = self.words, self._control
-        state = "armed" if control.armed else "disarmed" if control.on else "off"
+        off = [] if control.on else rows(words("programs.off"), marked=True)  # else the dome says
         touch = rows(words("programs.mouse")) if self._by_mouse else []
         said = self._stage.told(control.said)
         why = rows(said) if said == control.said or not control.on else []  # else the state does
-        return [*rows(words(f"programs.{state}"), marked=True), *why, *touch]
+        return [*off, *why, *touch]
 
     def _turn(self, step: int) -> None:
         self._chosen = (self._chosen + step) % len(self._mappings)
