@@ -10,9 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from controller.bundles import bundle
-from controller.diagnostics import depth_calibration
-from controller.diagnostics.calibration import CALIBRATION_S, keep
-from controller.diagnostics.depth_calibration import DEPTHS_MM, PRESSING_S
+from controller.diagnostics import calibration
+from controller.diagnostics.calibration import CALIBRATION_S, DEPTHS_MM, PRESSING_S
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Verdict, table
 from controller.sensors import base as sensors
@@ -39,12 +38,12 @@ def main(argv: Sequence[str]) -> int:
                 "calibration; run: controller doctor"
             )
         if loaded is not None:
-            depth_calibration.refuse_other(loaded, sensor.geometry.rows, sensor.geometry.columns)
+            calibration.refuse_other(loaded, sensor.geometry.rows, sensor.geometry.columns)
         if not sensor.virtual:
             print(f"hands off the orb for {CALIBRATION_S:.0f} seconds ...", file=sys.stderr)
         reader = FrameReader(sensor)
         frames = reader.frames(CALIBRATION_S)
-        rows, kept = keep(sensor, frames)
+        rows, kept = calibration.keep(sensor, frames)
         if kept is not None and loaded is not None:
             print(
                 f"now press {options.depth:g} mm deep, with one finger, in ten places, and hold "
@@ -52,7 +51,7 @@ def main(argv: Sequence[str]) -> int:
                 file=sys.stderr,
             )
             pressed = np.concatenate([frames, reader.frames(PRESSING_S)])
-            row, factor = depth_calibration.calibrate(loaded, pressed, options.depth)
+            row, factor = calibration.calibrate_depth(loaded, pressed, options.depth)
             rows.append(row)
             last = calibration_store.load(sensor.device_id)
             if factor is not None and last is not None:

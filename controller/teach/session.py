@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controller.bundles.inference.networks import NoGestures
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import RunFiles, SessionRecorder, provenance
 from controller.links.base import KeyLink
-from controller.recognition.debounce import NULL, DebounceSettings
-from controller.recognition.images.frames import PreprocessSettings, Window
+from controller.recognition.debounce import DebounceSettings
+from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.mapping import Mapping
-from controller.recognition.pipeline import Networks, Pipeline, PipelineSettings
+from controller.recognition.pipeline import Pipeline, PipelineSettings
 from controller.recordings.recorder import Recorder
 from controller.runtime.device import Device, VirtualHand
 from controller.runtime.loop import Loop, hurry
@@ -201,7 +201,7 @@ def _pipeline(sensor: Sensor, labels: Sequence[str]) -> Pipeline:
     settings = PipelineSettings(
         tuple(labels), grid.rows, grid.columns, preprocess, DebounceSettings()
     )
-    return Pipeline(settings, _NullModel(len(labels)), Mapping(), signal=sensor.signal)
+    return Pipeline(settings, NoGestures(len(labels)), Mapping(), signal=sensor.signal)
 
 
 class CuedHand:
@@ -234,15 +234,3 @@ class _NoLink(KeyLink):
 
     def close(self) -> None:
         """Nothing is open."""
-
-
-class _NullModel(Networks):
-    """Networks that recognise nothing."""
-
-    def __init__(self, labels: int) -> None:
-        self._nothing = np.zeros(labels, dtype=np.float32)
-        self._nothing[NULL] = 1.0
-
-    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        """Return "null" for certain, (classes,)."""
-        return self._nothing

@@ -21,7 +21,7 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.diagnostics.depth_calibration import NoGestures
+from controller.bundles.inference.networks import NoGestures
 from controller.recognition.contact import ContactEstimate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Pipeline

@@ -14,7 +14,7 @@ from controller.bundles.head import EVERYBODY, Head
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
 from controller.recognition.images.frames import Image, Window
-from controller.recognition.pipeline import Networks
+from controller.recognition.pipeline import Networks, Probabilities
 from controller.recognition.touch_input import TouchInput
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
@@ -22,6 +22,18 @@ TOLERANCE = 1e-5  # greatest difference from a golden output: processors round d
 _GESTURE = "gesture "  # before a user's name
 
 Batch = NDArray[np.float32]  # (n, ...), inputs or outputs of a network; (n,) of one output
+
+
+class NoGestures(Networks):
+    """Networks that recognise no gesture, for what does not depend on them."""
+
+    def __init__(self, classes: int) -> None:
+        """Prepare the answer."""
+        self._null: Probabilities = np.eye(1, classes, dtype=np.float32)[0]
+
+    def probabilities(self, window: Window, user: str = "") -> Probabilities:
+        """Return "null" for certain, (classes,)."""
+        return self._null
 
 
 class Recognizer(Networks):

@@ -7,7 +7,7 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle
-from controller.diagnostics import depth_calibration
+from controller.diagnostics import calibration
 from controller.diagnostics.report import Verdict
 from controller.recognition.images.baseline import StoredBaseline
 from controller.recognition.mapping import Mapping
@@ -43,10 +43,10 @@ def pressed(depth_mm: float, touches: int = 8, hold_s: float = 0.8) -> Frames:
 
 @pytest.mark.parametrize("depth_mm", [4.0, 8.0])
 def test_presses_of_a_known_depth_make_estimated_depths_right(depth_mm: float) -> None:
-    row, factor = depth_calibration.calibrate(USUAL, pressed(depth_mm), depth_mm)
+    row, factor = calibration.calibrate_depth(USUAL, pressed(depth_mm), depth_mm)
     assert row.verdict is Verdict.GOOD
     assert factor == pytest.approx(1.0, abs=0.35)
-    _, double = depth_calibration.calibrate(USUAL, pressed(depth_mm), 1.5 * depth_mm)
+    _, double = calibration.calibrate_depth(USUAL, pressed(depth_mm), 1.5 * depth_mm)
     assert factor is not None
     assert double == pytest.approx(1.5 * factor)
 
@@ -60,14 +60,14 @@ def test_presses_of_a_known_depth_make_estimated_depths_right(depth_mm: float) -
     ],
 )
 def test_presses_that_say_nothing_are_refused(frames: Frames, asked_mm: float, words: str) -> None:
-    row, factor = depth_calibration.calibrate(USUAL, frames, asked_mm)
+    row, factor = calibration.calibrate_depth(USUAL, frames, asked_mm)
     assert factor is None
     assert words in row.found
 
 
 def test_depth_needs_the_bundle_s_sensor() -> None:
     with pytest.raises(UserError, match="estimates depth on 5×5 taxels, not on 4×6"):
-        depth_calibration.calibrate(USUAL, np.ones((400, 4, 6), dtype=np.float32), 5.0)
+        calibration.calibrate_depth(USUAL, np.ones((400, 4, 6), dtype=np.float32), 5.0)
 
 
 def test_a_calibrated_depth_stays_with_the_rest_image_and_reaches_the_pipeline() -> None:
