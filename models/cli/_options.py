@@ -17,7 +17,6 @@ PACKAGES: Final = {
     "tomli_w": "tomli-w",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
-    "joblib": "joblib",
     "distributed": "dask[distributed]",
 }
 # PyTorch with one thread, and a GPU that adds up in one order.

@@ -44,7 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, judge, and print the table."""
-    options.require("training in folds", "torch", "sklearn", "joblib", extra="train,sweep")
+    options.require("training in folds", "torch", "sklearn")
     if not arguments.peers:
         return sweep.finish(_planned(arguments, arguments.paths, arguments.out, "folds"))
     if arguments.task == "location":

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.cluster and arguments.workers:
         raise ValueError("--workers are this machine's, not a cluster's (orbtouch docs sweeps)")
-    options.require("sweeping", "torch", "sklearn", "joblib", extra="train,sweep")
+    options.require("sweeping", "torch", "sklearn")
     if arguments.cluster:
         options.require("a cluster", "distributed", extra="sweep")
     return finish(_sweep(arguments))

@@ -1,4 +1,4 @@
-"""Run of a sweep: each missing training on this machine or on a Dask cluster, by joblib.
+"""Run of a sweep: each missing training in a process of this machine, or on a Dask cluster.
 
 A job says everything that its result depends on, and is named by a hash of that and of the
 program's version. Its result is one file, so an interrupted sweep goes on with what is missing.
@@ -13,13 +13,14 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import redirect_stderr, suppress
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, closing, redirect_stderr, suppress
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from controller.recordings.recording import software
 from controller.shared.aliases import Say
@@ -185,37 +186,21 @@ def _outcome(order: Job) -> dict[str, Any]:
 
 def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
     """Yield the answers to all orders, in any order; raise ClusterError or TroubleError."""
-    if not orders:
-        return
-    from joblib import Parallel, delayed, parallel_config
-    from joblib.externals.loky import get_reusable_executor
-    from joblib.externals.loky.process_executor import TerminatedWorkerError
+    if sweep.cluster and orders:
+        import distributed
 
-    processes.spare()
-    workers = min(sweep.workers, len(orders))  # of one, joblib makes no process
-    ended = threading.Event()
-    client = _connected(sweep.cluster, say, ended) if sweep.cluster else None
-    how: dict[str, Any] = (
-        {"backend": "dask", "wait_for_workers_timeout": ANSWER_S}
-        if client
-        else {"backend": "loky", "n_jobs": workers, "inner_max_num_threads": 1}
-    )
-    calls = [delayed(perform)(order) for order in orders]
+        ended, done = threading.Event(), cast(Any, distributed.as_completed)
+        with closing(_connected(sweep.cluster, say, ended)) as client, ExitStack() as stack:
+            stack.callback(ended.set)
+            yield from (one.result() for one in done(client.map(perform, orders, pure=False)))
+        return
+    jobs = {order["name"]: partial(perform, order) for order in orders}
     try:
-        with parallel_config(**how):
-            with processes.deaf():
-                done = Parallel(return_as="generator_unordered", batch_size=1)(calls)
-            yield from done
-    except TerminatedWorkerError:
+        yield from (answer for _, answer, _ in processes.completed(jobs, sweep.workers))
+    except BrokenProcessPool:
         raise TroubleError(
             "a process died (out of memory?); the same command goes on, with fewer --workers"
         ) from None
-    finally:
-        ended.set()
-        if client:
-            client.close()
-        elif workers > 1:
-            get_reusable_executor().shutdown(wait=True, kill_workers=True)
 
 
 def _connected(address: str, say: Say, ended: threading.Event) -> Any:

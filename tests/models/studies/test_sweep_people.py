@@ -13,7 +13,7 @@ from tests.support import ROOT
 from tests.support.pytest_types import Capture
 
 pytest.importorskip("torch", reason="needs the [train] extra")
-pytest.importorskip("joblib", reason="needs the [sweep] extra")
+pytest.importorskip("sklearn", reason="needs the [train] extra")
 
 import tests.support.synthetic_people as look_alike
 from controller.__main__ import main as controller

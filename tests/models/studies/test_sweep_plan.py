@@ -119,7 +119,7 @@ def test_the_command_prints_a_file_to_begin_with(capsys: Capture) -> None:
     assert "[axes]" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("absent", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")])
+@pytest.mark.parametrize(("absent", "extra"), [("sklearn", "train"), ("distributed", "sweep")])
 def test_extras_are_named(absent: str, extra: str, capsys: Capture, monkeypatch: Patch) -> None:
     from models.cli import _options as options
 

@@ -74,7 +74,6 @@ def test_a_sweep_learns_from_as_many_as_told_and_judges_one_it_never_saw(alone: 
 
 
 def test_a_process_that_dies_ends_the_sweep_until_later(alone: Path, tmp_path: Path) -> None:
-    pytest.importorskip("joblib", reason="needs the [sweep] extra")
     out = tmp_path / "x"
     sweep = [sys.executable, "-m", "models", "sweep", str(alone.parent / "tiny.toml"), "--workers"]
     with subprocess.Popen([*sweep, "2", "--out", str(out)], cwd=ROOT, stderr=subprocess.PIPE,
@@ -177,7 +176,6 @@ def test_no_scheduler_is_told(alone: Path, tmp_path: Path, free_port: int, capsy
 
 
 def test_no_process_of_ours_is_left_behind() -> None:
-    pytest.importorskip("joblib", reason="needs the [sweep] extra")
     orders = [{"name": str(i), "job": {}, "version": "another"} for i in range(3)]
     sweep = run.Sweep(plan.parse({}, "x"), Path(), workers=2)
     answers = list(run._answers(sweep, orders, print))
