@@ -14,13 +14,13 @@ from controller.shared.arguments import Parser
 from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import (
     ADAPTER,
-    ALIAS,
     DEVICE,
     PAIRING_S,
     BluetoothError,
     Bus,
     Properties,
     bonded,
+    named,
 )
 from controller.shared.errors import how_to_install
 
@@ -64,10 +64,7 @@ async def _pair(options: argparse.Namespace) -> int:
     confirm: Confirm = accept_all if options.yes else Prompt().confirm
     with closing(await Bus.connect()) as bus:
         adapter = await bus.adapter(options.adapter)
-        if not await bus.get(adapter, ADAPTER, "Powered"):
-            await bus.set(adapter, ADAPTER, "Powered", "b", True)
-        if await bus.get(adapter, ADAPTER, "Alias") == await bus.get(adapter, ADAPTER, "Name"):
-            await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
+        await bus.switch_on(adapter)
         agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
         return await _wait(bus, adapter, agent, PAIRING_S)
@@ -96,6 +93,6 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
         await agent.close_window(adapter)
     await bus.set(path, DEVICE, "Trusted", "b", True)
     device = bluez.devices(await bus.objects()).get(path, {})
-    host = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
+    host = named(device)
     print(f"paired with {host}" if bonded(device) else f"{host} paired without a bond", flush=True)
     return 0 if bonded(device) else 1

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Final
 from controller.links.base import Link
 from controller.shared.bluetooth.bluez import (
     ADAPTER,
-    ALIAS,
     DEVICE,
     BluetoothError,
     Bus,
@@ -163,10 +162,7 @@ class RegistrationThread:
             self._off = False
         elif self._off:
             raise BluetoothError("the adapter was switched off; bluetoothctl power on")
-        else:
-            await bus.set(adapter, ADAPTER, "Powered", "b", True)
-        if await bus.get(adapter, ADAPTER, "Alias") == await bus.get(adapter, ADAPTER, "Name"):
-            await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
+        await bus.switch_on(adapter)
 
     async def _register(self, bus: Bus, adapter: str) -> None:
         from controller.shared.bluetooth.pairing_agent import NO_SCREEN, PairingAgent

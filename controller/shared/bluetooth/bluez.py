@@ -180,6 +180,13 @@ class Bus:
         wrapped = variant(signature, value)
         await self.call(path, _PROPERTIES, "Set", "ssv", interface, name, wrapped)
 
+    async def switch_on(self, adapter: str) -> None:
+        """Switch an adapter on, under the orb's name unless its user gave it another."""
+        if not await self.get(adapter, ADAPTER, "Powered"):
+            await self.set(adapter, ADAPTER, "Powered", "b", True)
+        if await self.get(adapter, ADAPTER, "Alias") == await self.get(adapter, ADAPTER, "Name"):
+            await self.set(adapter, ADAPTER, "Alias", "s", ALIAS)
+
     def export(self, path: str, interface: ServiceInterface) -> None:
         """Export an object on the bus."""
         self.raw.export(path, interface)
@@ -188,10 +195,9 @@ class Bus:
         """Remove an exported object, if there is one."""
         self.raw.unexport(path)
 
-    def listen(self, listener: Listener) -> Callable[[], None]:
-        """Call a listener for every change, on the loop's thread; return its remover."""
+    def listen(self, listener: Listener) -> None:
+        """Call a listener for every change, on the loop's thread."""
         self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
 
     async def lost(self) -> None:
         """Return when the connection has ended."""
@@ -289,10 +295,4 @@ _WORDS: Final = {
     ),
     "org.bluez.Error.AlreadyExists": "another program has registered it already; end that one",
     "org.bluez.Error.NotReady": "the adapter is off; bluetoothctl power on",
-    "org.bluez.Error.AuthenticationRejected": (
-        "the other side refuses to pair; open its window first: controller pair"
-    ),
-    "org.bluez.Error.ConnectionAttemptFailed": (
-        "the other side does not answer; is it switched on, near and waiting to be paired?"
-    ),
 }

@@ -46,15 +46,10 @@ async def accept_all(host: str, digits: str) -> bool:
 
 
 class PairingAgent(ServiceInterface):
-    """D-Bus object of the agent; its pairing window begins closed.
-
-    Attributes:
-        paired: Names and addresses of the hosts that were paired, in order.
-    """
+    """D-Bus object of the agent; its pairing window begins closed."""
 
     def __init__(self, bus: "Bus", confirm: Confirm = accept_all) -> None:
         super().__init__("org.bluez.Agent1")
-        self.paired: list[str] = []
         self._bus = bus
         self._confirm = confirm
         self._closes_s = 0.0
@@ -107,7 +102,6 @@ class PairingAgent(ServiceInterface):
             log.warning("%s was not confirmed", host)
             raise _rejected("not confirmed")
         log.info("%s may pair", host)
-        self.paired.append(host)
 
     async def _host_name(self, path: str) -> str:
         try:
