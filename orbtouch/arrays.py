@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from controller.recordings import importer
 from controller.recordings.description import Description
-from controller.recordings.importer import NULL
 from controller.recordings.recording import Recording as Source
 from controller.shared import config
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import UserError
+from controller.shared.npz import Arrays
 from orbtouch import checks
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def source(
         names, numbers = np.unique(_array(labels, "labels", "U", (count,)), return_inverse=True)
         unknown = int(names[0] == "")  # which sorts first
         arrays["label"] = numbers - unknown
-        facts |= {"label": "label", "label_names": tuple(names[unknown:].tolist()) or (NULL,)}
+        facts |= {"label": "label", "label_names": tuple(names[unknown:].tolist()) or (NULL_LABEL,)}
     if session:
         arrays["session"], facts["session"] = np.array([str(session)]), ("session",)
     checks.number(facts["pitch_mm"], "pitch_mm", 1e-3, 1e6)
@@ -113,7 +114,7 @@ def columns_of(table: "pandas.DataFrame") -> dict[str, Any]:
     return own
 
 
-def imported(given: importer.Arrays | Path, facts: Mapping[str, Any]) -> list[Source]:
+def imported(given: Arrays | Path, facts: Mapping[str, Any]) -> list[Source]:
     """Return the recordings in arrays, or in a file of them, by keys of a description."""
     try:
         told = config.settings(Description, facts)

@@ -7,7 +7,7 @@ and of the bundle if no older gesture waits for it.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -16,6 +16,7 @@ import numpy as np
 
 from controller.adapt import few_shot, lessons
 from controller.adapt.examples import Example, varied
+from controller.adapt.few_shot import Progress
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
@@ -38,7 +39,6 @@ REST_PF: Final = 40.0  # reading of an untouched taxel, in frames that are made 
 PAUSE_S: Final = 0.4  # of rest after a variation
 _PLAY_SEED: Final = 0
 
-Progress = Callable[[float], None]
 Stream = tuple[list[Frame], list[Event]]
 
 

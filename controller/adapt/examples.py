@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from controller.bundles.head import EVERYBODY
 from controller.shared.aliases import Images, Windows
 
-NULL_LABEL: Final = "null"
+LEAD_S: Final = 1.3  # of images before a touch: a window of rest, and more
+TAIL_S: Final = 0.5  # and after it: the finger is still letting go
 TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarter turns
 SMOOTH_S: Final = 0.125  # over which images are averaged: a tap is hardly longer
 NEIGHBOURS: Final = 3  # taxels, in rows and in columns, over which they are averaged

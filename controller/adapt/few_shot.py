@@ -15,7 +15,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from controller.adapt import lessons
-from controller.adapt.examples import NULL_LABEL, Example, varied, vary
+from controller.adapt.examples import Example, varied, vary
 from controller.adapt.fit import TrainingSet, fit
 from controller.adapt.lessons import Lessons, Rehearsal
 from controller.adapt.own_frames import OwnFrames
@@ -28,6 +28,7 @@ from controller.recognition.debounce import DebounceSettings, Probabilities
 from controller.recognition.images.lying import LyingContact
 from controller.shared import errors
 from controller.shared.aliases import Windows
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import TroubleError
 from controller.shared.notices import notice
 

@@ -24,7 +24,7 @@ from typing import Any, Final, TypeVar
 import tomli_w
 
 from controller.adapt import few_shot
-from controller.adapt.examples import NULL_LABEL, Example, touched
+from controller.adapt.examples import LEAD_S, Example, touched
 from controller.adapt.few_shot import CORRECTED, AdaptedBundle, AdaptError, Progress
 from controller.bundles import bundle as bundles
 from controller.bundles import container
@@ -32,6 +32,7 @@ from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import INCOMING, BundleStore
 from controller.recognition.mapping import NONE
 from controller.shared.aliases import Images
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import reason
 from controller.shared.notices import notice
 
@@ -45,7 +46,6 @@ _ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Change = Callable[..., AdaptedBundle]
 Made = TypeVar("Made")
 LATEST_S: Final = 2.5  # greatest age of the corrected touch
-LEAD_S: Final = 1.3  # of images before the touch
 CORRECTION_LIMIT: Final = 40  # corrections in a bundle
 
 

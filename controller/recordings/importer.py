@@ -26,16 +26,15 @@ from controller.recordings.recording import (
     unlabelled,
 )
 from controller.shared import npz
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import reason
+from controller.shared.npz import Arrays
 
-NULL: Final = "null"
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
 SAMPLED: Final = 2_000  # frames from which the sign is found out
 _POSSIBLE_HZ: Final = (1.0, 10_000.0)  # frames per second; beyond, times are in another unit
 _USUAL_HZ: Final = (5.0, 500.0)
 _DIGITS: Final = 2  # of a user's or session's number
-
-Arrays = dict[str, NDArray[Any]]
 
 
 def read(path: Path, description: Description) -> Arrays:
@@ -191,7 +190,7 @@ def _labels(
 ) -> tuple[tuple[str, ...], NDArray[np.int16]]:
     """Return the labels, "null" first, and the index of each frame's, (count,)."""
     if not description.label:
-        return (NULL,), np.full(count, UNKNOWN, dtype=np.int16)
+        return (NULL_LABEL,), np.full(count, UNKNOWN, dtype=np.int16)
     given = description.label_names
     if isinstance(given, str):
         if arrays[given].dtype.kind != "U" or arrays[given].ndim != 1:
@@ -208,10 +207,10 @@ def _labels(
             f"the array {description.label!r} holds {number[unfit][0]}, and there are "
             f"{len(given)} labels, counted from 0 ({UNKNOWN}: unknown)"
         )
-    null = description.null or (NULL if NULL in given else "")
+    null = description.null or (NULL_LABEL if NULL_LABEL in given else "")
     # Names that no frame has are left out of training.
     used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
-    labels = (NULL, *(given[i] for i in used))
+    labels = (NULL_LABEL, *(given[i] for i in used))
     odd = next(
         (label for label in labels if not label[:1].isalnum() or set(label) & set("/\\")), ""
     )

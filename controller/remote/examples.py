@@ -11,13 +11,14 @@ from typing import Final
 import numpy as np
 
 from controller.adapt import lessons
-from controller.adapt.examples import NULL_LABEL, Example, guess_symmetries
+from controller.adapt.examples import LEAD_S, TAIL_S, Example, guess_symmetries
 from controller.recognition.images.frames import Image
 from controller.remote.worker import Worker
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
 from controller.shared import files, npz
 from controller.shared.aliases import Images
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import UserError, reason
 from controller.shared.notices import notice
 from controller.shared.protocol.codec import quantise_image
@@ -32,8 +33,6 @@ from controller.shared.protocol.teaching import (
 
 MOST: Final = 60  # pending examples
 MOST_S: Final = 10.0  # of one
-LEAD_S: Final = 1.3  # of images before its start: a window of rest, and more
-TAIL_S: Final = 0.5  # and after its end: the finger is still letting go
 FELT: Final = 0.04  # greatest change of a taxel, z, below which nothing touched the orb
 _MAX_BYTES: Final = 4 << 20  # of a file
 _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller import adapt
 from controller.adapt import Example
-from controller.adapt.examples import NULL_LABEL, WINDOWS, guess_symmetries
+from controller.adapt.examples import LEAD_S, TAIL_S, WINDOWS, guess_symmetries
 from controller.adapt.few_shot import Stretch
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
@@ -23,12 +23,11 @@ from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.recordings.writer import alternatives
 from controller.shared.aliases import Say
+from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import count
 from controller.shared.touch_strength import scaled
 from controller.teach.session import SessionPlan, TeachError
 
-LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
-TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
 EDGE_S: Final = 0.5  # of a label that may belong to what is beside it
 MOST: Final = 20  # examples
 

@@ -17,10 +17,10 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from controller.adapt.examples import TURNS
 from controller.bundles.vocabulary import NO_MIRROR, SELF, Vocabulary
 from models.data.recipe import Augmentation, UserAugmentation
 
-QUARTERS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}
 DEAD_TAXELS: Final = 0.06  # of an example that has some
 
 
@@ -39,8 +39,8 @@ class Symmetry:
     def of(cls, vocabulary: Vocabulary, rows: int, columns: int) -> "Symmetry":
         """Return the declared symmetries that the grid permits: quarters need a square."""
         labels = vocabulary.labels
-        grid = QUARTERS["all" if rows == columns else "half"]
-        turns = [tuple(k for k in QUARTERS[e.rotations] if k in grid) for e in vocabulary.entries]
+        grid = TURNS["all" if rows == columns else "half"]
+        turns = [tuple(k for k in TURNS[e.rotations] if k in grid) for e in vocabulary.entries]
         mirror = [
             -1 if e.mirror == NO_MIRROR else labels.index(e.label if e.mirror == SELF else e.mirror)
             for e in vocabulary.entries
@@ -66,9 +66,7 @@ class Symmetry:
         words = {"quarters": "all", "halves": "half"}
         kinds = {
             f"turned by {word}": [
-                label
-                for label, own in zip(labels, self.turns, strict=True)
-                if own == QUARTERS[kind]
+                label for label, own in zip(labels, self.turns, strict=True) if own == TURNS[kind]
             ]
             for word, kind in words.items()
         }
