@@ -21,7 +21,8 @@ wait, and confirms what is less sure (`controller.recognition.turn`).
 
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
 (`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it. A tap
-of a noisier sensor needs more evidence, too (`DebounceSettings.tap`).
+of a noisier sensor needs more evidence, too (`DebounceSettings.tap`), and that of a brisk gesture
+less where a single finger was felt and has left (`controller.recognition.contact`).
 
 A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
 `patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
@@ -62,6 +63,10 @@ _FINGER_SHARE = 0.06  # share of the highest level, by which it does so, too
 _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 _KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
+_ONE_FINGER = (0.65, 0.5)  # shares of what a tap needs, where a single finger was felt and has left
+_FELT_MM = 2.0  # depth at which a finger is felt for sure
+_LIFTED = 0.6  # share of its depth, below which it leaves
+_QUIET = 0.8  # share of a noiseless sensor's weight, from which on this is trusted
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
 NULL = 0  # the class "null" comes first in every bundle
@@ -173,6 +178,9 @@ class Debouncer:
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
         self._brisk = [self.labels.index(one) for one in settings.brisk]
+        # Frames of the touch in which one finger was felt for sure, and several; its depth, mm,
+        # and the greatest
+        self._felt = np.zeros(4)
         # Levels since the last answer, as those above
         self._recent: deque[Array] = deque(maxlen=round(_KEPT_S * rate_hz))
         self.tapped = 0.0
@@ -215,8 +223,11 @@ class Debouncer:
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
         self._needs = self.settings.tap(idle)
+        begins = self._frames == 0 and self._held == NULL
+        quiet = self.settings.weight(idle) >= _QUIET * self.settings.smoothing
+        self._feel(contact if quiet else None, begins=begins)
         if self._turn is not None:
-            self._turn.step(contact, begins=self._frames == 0 and self._held == NULL)
+            self._turn.step(contact, begins=begins)
         fired = self._decide(self._mean, level, level if uneven is None else uneven)
         self._follow_contact(fired)
         return self.labels[fired] if fired != NULL else None
@@ -232,7 +243,7 @@ class Debouncer:
         self._mean[:] = 0.0
         self._mean[NULL] = 1.0
         self._lasting = NULL
-        for one in (self._levels, self._touch, self._contact):
+        for one in (self._levels, self._touch, self._contact, self._felt):
             one[:] = 0.0
         self._recent.clear()
         self._recent.append(np.zeros(2))
@@ -252,6 +263,7 @@ class Debouncer:
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
             "recent": np.array(self._recent).reshape(-1, 2),
+            "felt": self._felt.copy(),
             **({} if self._turn is None else self._turn.state()),
         }
 
@@ -267,10 +279,20 @@ class Debouncer:
         self.tapped = float(state["tapped"][0])
         self._recent.clear()
         self._recent.extend(state["recent"])
+        self._felt = state["felt"].copy()
         if self._turn is not None:
             self._turn.restore(state)
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
+
+    def _feel(self, contact: ContactEstimate | None, *, begins: bool) -> None:
+        """Take what touches in the next frame, if it is known; `begins`: no touch lasts."""
+        if contact is None and begins:
+            self._felt[:] = 0.0
+        self._felt[2] = 0.0 if contact is None else contact.depth_mm
+        self._felt[3] = max(self._felt[2:])
+        if contact is not None and contact.depth_mm - 2.0 * contact.depth_sigma > _FELT_MM:
+            self._felt[int(contact.fingers > 1)] += 1.0
 
     def _decide(self, mean: NDArray[np.float64], level: float, uneven: float) -> int:
         """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
@@ -375,11 +397,15 @@ class Debouncer:
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
         low, high = self._touch[:, 0]
         lifted = self.settings.lifted
+        one, several, depth, deepest = self._felt.tolist()
+        clear = best in self._brisk and one > several and depth <= _LIFTED * deepest
+        shares = _ONE_FINGER if clear else (1.0, 1.0)
+        least, brief_s = (need * share for need, share in zip(self._needs, shares, strict=True))
         enough = (
             self._held == NULL
             and not self._here
-            and self._peak[best] >= self._needs[0]
-            and self._sum[best] / self._rate_hz >= self._needs[1]
+            and self._peak[best] >= least
+            and self._sum[best] / self._rate_hz >= brief_s
             and (lifted > 1.0 or self._levels[-1, 0] - low <= lifted * (high - low))
             and self._landed(best, left=True)
         )
