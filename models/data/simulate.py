@@ -8,7 +8,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -25,7 +25,7 @@ from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture_file import Repertoire, load
 from controller.simulator.hand.performance import GESTURES
 from controller.simulator.hand.user_style import UserStyle, person
-from controller.simulator.orb import OrbModel, preset, vary
+from controller.simulator.orb import PRESETS, OrbModel, preset, vary
 from controller.simulator.session import DATA, TEST_SEEDS, Protocol, Session, simulate
 from models import formatting, processes
 from models.results import storage
@@ -48,21 +48,27 @@ Hand = Literal["person", "pointer"]
 class DataSet:
     """Settings that all sessions of a data set share."""
 
-    seed: int = 0  # of its users and their sessions
-    minutes: float = 6.0  # length of a session
+    # of its users and their sessions
+    seed: int = field(default=0, metadata={"range": (0, 2**32 - 1)})
+    # length of a session
+    minutes: float = field(default=6.0, metadata={"range": (0.1, 1440.0)})
     protocol: Protocol = "free"
-    preset: str = "nominal"
+    preset: str = field(default="nominal", metadata={"choices": tuple(PRESETS)})
     hand: Hand = "person"  # source of the touches: fingers, or a pointer on a screen
-    rate_hz: float = 10.0  # frames per second
-    rows: int = 5  # of taxels
-    columns: int = 5
+    rate_hz: float = field(default=10.0, metadata={"range": (1.0, 200.0)})  # frames per second
+    rows: int = field(default=5, metadata={"range": (2, 32)})  # of taxels
+    columns: int = field(default=5, metadata={"range": (2, 32)})
     pitch_mm: float | None = None  # distance of two taxels; None: the grid is 40 mm, as the paper's
-    gestures: tuple[str, ...] = GESTURES  # labels
+    gestures: tuple[str, ...] = field(default=GESTURES, metadata={"count": (1, 64)})  # labels
     files: tuple[Path, ...] = ()  # gestures of the user's own
     one_orb: bool = False  # all users touch one orb, on days of their own; else each session's own
-    quick: float = 0.0  # share of turns in which several quick gestures follow each other
-    unruly: float = 0.0  # share of the other turns with slides, winding up, resting hands and such
-    varied: bool = False  # the dome's physics differs between sessions, not its pressure only
+    # share of turns in which several quick gestures follow each other
+    quick: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
+    # share of the other turns with slides, winding up, resting hands and the like
+    unruly: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
+    varied: bool = (
+        False  # the dome's physics differs from session to session, not its pressure only
+    )
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
