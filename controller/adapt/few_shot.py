@@ -23,8 +23,8 @@ from controller.bundles import container
 from controller.bundles.head import EVERYBODY, Head, Matrix, softmax
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.onnxruntime_engine import EngineError, Network
-from controller.recognition import debounce
 from controller.recognition.debounce import DebounceSettings, Probabilities
+from controller.recognition.debounced_stream import patient
 from controller.recognition.images.lying import LyingContact
 from controller.shared import errors
 from controller.shared.aliases import Windows
@@ -296,7 +296,7 @@ class _Lesson:
             own = [one for one in examples if one.label == label]
             idle = float(np.mean([one.noise() for one in own])) / math.sqrt(2.0)  # of two frames
             streams = self._streams(head, own)
-            settings = debounce.patient(settings, self.labels, label, streams, self.rate_hz, idle)
+            settings = patient(settings, self.labels, label, streams, self.rate_hz, idle)
         return settings
 
     def _streams(self, head: Head, examples: Sequence[Example]) -> list[Probabilities]:

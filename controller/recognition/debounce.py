@@ -22,7 +22,7 @@ wait, and confirms what is less sure (`controller.recognition.turn`).
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
 (`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it. A tap
 of a noisier sensor needs more evidence, too (`DebounceSettings.tap`), and that of a brisk gesture
-less where a single finger was felt and has left (`controller.recognition.contact`).
+less where a single finger was felt and has left (`controller.recognition.finger`).
 
 A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
 `patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
@@ -31,42 +31,32 @@ Sequential decisions of this kind go back to Wald's test, with a bound that coll
 answer early where the evidence is clear, wait where it is not, but not for ever. The paper names a
 debouncing filter (section 5) without describing it.
 
-`Debouncer` takes one frame at a time, as the device does. `smooth` and `fire` are the same for a
-whole recording, so that many settings can be compared; a test compares both.
+`controller.recognition.debounced_stream` does the same for a whole recording at once.
 """
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.contact import ContactEstimate
+from controller.recognition.finger import PEAK_SHARE, QUIET_SHARE, SUM_SHARE, FingerTracker
 from controller.recognition.turn import CONFIRMED_PROBABILITY, Turned, TurnTracker
-from controller.shared.aliases import Array, Index, State
+from controller.shared.aliases import Array, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
 Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
 Values = TypeVar("Values", float, NDArray[np.float64])
 
-# What makes an older gesture wait for a taught one
-_ENOUGH = 0.2  # share of a gesture's streams in which the older one fires first
-_NEAR = 0.97  # of the bounds: what comes so near fires on another day or orb
-_MARGIN = 1.2  # of the longest time in the streams: people vary
-LONGEST_S = 0.6  # a command that comes later feels lost
-
-_BEFORE_S = 0.25  # the lowest level in this time is that before a touch
+BEFORE_S = 0.25  # the lowest level in this time is that before a touch
 _RISE_SHARE = 0.5  # share of the uneven level, by which a contact that lands has raised it
 _FINGER_SHARE = 0.06  # share of the highest level, by which it does so, too
 _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
-_KEPT_S = 10.0  # a contact that landed before that has been there for ever
+KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
-_ONE_FINGER = (0.65, 0.5)  # shares of what a tap needs, where a single finger was felt and has left
-_FELT_MM = 2.0  # depth at which a finger is felt for sure
-_LIFTED = 0.6  # share of its depth, below which it leaves
-_QUIET = 0.8  # share of a noiseless sensor's weight, from which on this is trusted
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
 NULL = 0  # the class "null" comes first in every bundle
@@ -173,16 +163,14 @@ class Debouncer:
         self._needs = settings.tap(0.0)
         self._slow = [self.labels.index(one) for one in settings.slow]
         # Levels of the contact, newest last: whole, and uneven.
-        self._levels = np.zeros((max(1, round(_BEFORE_S * rate_hz)), 2))
+        self._levels = np.zeros((max(1, round(BEFORE_S * rate_hz)), 2))
         self._touch = np.zeros((2, 2))  # those before the present touch, and the highest in it
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
         self._brisk = [self.labels.index(one) for one in settings.brisk]
-        # Frames of the touch in which one finger was felt for sure, and several; its depth, mm,
-        # and the greatest
-        self._felt = np.zeros(4)
+        self._finger = FingerTracker()
         # Levels since the last answer, as those above
-        self._recent: deque[Array] = deque(maxlen=round(_KEPT_S * rate_hz))
+        self._recent: deque[Array] = deque(maxlen=round(KEPT_S * rate_hz))
         self.tapped = 0.0
 
     @property
@@ -222,13 +210,12 @@ class Debouncer:
                 "the network and its labels belong to different bundles"
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
-        self._needs = self.settings.tap(idle)
         begins = self._frames == 0 and self._held == NULL
-        quiet = self.settings.weight(idle) >= _QUIET * self.settings.smoothing
-        self._feel(contact if quiet else None, begins=begins)
+        quiet = self.settings.weight(idle) >= QUIET_SHARE * self.settings.smoothing
+        self._finger.step(contact if quiet else None, begins=begins)
         if self._turn is not None:
             self._turn.step(contact, begins=begins)
-        fired = self._decide(self._mean, level, level if uneven is None else uneven)
+        fired = self.decide(self._mean, idle, level, level if uneven is None else uneven)
         self._follow_contact(fired)
         return self.labels[fired] if fired != NULL else None
 
@@ -243,7 +230,8 @@ class Debouncer:
         self._mean[:] = 0.0
         self._mean[NULL] = 1.0
         self._lasting = NULL
-        for one in (self._levels, self._touch, self._contact, self._felt):
+        self._finger = FingerTracker()
+        for one in (self._levels, self._touch, self._contact):
             one[:] = 0.0
         self._recent.clear()
         self._recent.append(np.zeros(2))
@@ -263,7 +251,7 @@ class Debouncer:
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
             "recent": np.array(self._recent).reshape(-1, 2),
-            "felt": self._felt.copy(),
+            **self._finger.state(),
             **({} if self._turn is None else self._turn.state()),
         }
 
@@ -279,23 +267,18 @@ class Debouncer:
         self.tapped = float(state["tapped"][0])
         self._recent.clear()
         self._recent.extend(state["recent"])
-        self._felt = state["felt"].copy()
+        self._finger.restore(state)
         if self._turn is not None:
             self._turn.restore(state)
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
         self._queue = [one for one in waiting if NULL < one[0] < len(self.labels)]
 
-    def _feel(self, contact: ContactEstimate | None, *, begins: bool) -> None:
-        """Take what touches in the next frame, if it is known; `begins`: no touch lasts."""
-        if contact is None and begins:
-            self._felt[:] = 0.0
-        self._felt[2] = 0.0 if contact is None else contact.depth_mm
-        self._felt[3] = max(self._felt[2:])
-        if contact is not None and contact.depth_mm - 2.0 * contact.depth_sigma > _FELT_MM:
-            self._felt[int(contact.fingers > 1)] += 1.0
+    def decide(self, mean: NDArray[np.float64], idle: float, level: float, uneven: float) -> int:
+        """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL.
 
-    def _decide(self, mean: NDArray[np.float64], level: float, uneven: float) -> int:
-        """Return the class that fires at a frame's smoothed probabilities, (classes,), or NULL."""
+        The others are as in `step`, of which this is a part.
+        """
+        self._needs = self.settings.tap(idle)
         self._levels = np.vstack([self._levels[1:], (level, uneven)])
         self._recent.append(self._levels[-1])
         self.tapped = 0.0
@@ -389,7 +372,7 @@ class Debouncer:
         """Return whether a contact has landed that a class may answer, now or when it has left."""
         if self.settings.lifted > 1.0:
             return True
-        last = _within(self.settings, self._rate_hz, left=left) if kind in self._brisk else 0
+        last = landing_frames(self.settings, self._rate_hz, left=left) if kind in self._brisk else 0
         return landed(np.array(list(self._recent)[-last:]).reshape(-1, 2))
 
     def _end(self) -> int:
@@ -397,10 +380,9 @@ class Debouncer:
         best = NULL + 1 + int(np.argmax(self._sum[NULL + 1 :]))
         low, high = self._touch[:, 0]
         lifted = self.settings.lifted
-        one, several, depth, deepest = self._felt.tolist()
-        clear = best in self._brisk and one > several and depth <= _LIFTED * deepest
-        shares = _ONE_FINGER if clear else (1.0, 1.0)
-        least, brief_s = (need * share for need, share in zip(self._needs, shares, strict=True))
+        least, brief_s = self._needs
+        if best in self._brisk and self._finger.left:
+            least, brief_s = PEAK_SHARE * least, SUM_SHARE * brief_s
         enough = (
             self._held == NULL
             and not self._here
@@ -415,7 +397,7 @@ class Debouncer:
         return best if enough else NULL
 
 
-def _within(settings: DebounceSettings, rate_hz: float, *, left: bool) -> int:
+def landing_frames(settings: DebounceSettings, rate_hz: float, *, left: bool) -> int:
     """Return in how many frames a contact has landed that a brisk gesture answers."""
     return max(2, round(settings.landed_s * (_UNTIL_LEFT if left else 1.0) * rate_hz))
 
@@ -428,183 +410,3 @@ def landed(levels: NDArray[np.float64]) -> bool:
     rise = uneven - np.minimum.accumulate(uneven)
     least = np.maximum(_RISE_SHARE * uneven, _FINGER_SHARE * whole.max())
     return bool((rise >= least).any() and rise.any())
-
-
-def smooth(probabilities: Probabilities, weight: float | NDArray[np.float64]) -> Means:
-    """Return the debouncer's running mean after every frame, (frames, classes).
-
-    Args:
-        probabilities: Of each frame, (frames, classes).
-        weight: Of the newest ones, `DebounceSettings.weight`; of all frames, or of each, (frames,).
-    """
-    means = np.empty(probabilities.shape)
-    weights = np.broadcast_to(weight, len(means)).tolist()
-    mean = np.zeros(probabilities.shape[1])
-    mean[NULL] = 1.0
-    for frame, newest in enumerate(probabilities.astype(np.float64)):
-        mean += weights[frame] * (newest - mean)
-        means[frame] = mean
-    return means
-
-
-def fire(
-    means: Means,
-    settings: DebounceSettings,
-    rate_hz: float = 10.0,
-    labels: Sequence[str] = (),
-    levels: NDArray[np.float64] | None = None,
-    idle: float | NDArray[np.float64] = 0.0,
-) -> list[tuple[int, int]]:
-    """Return the frame and the class of every gesture that `Debouncer` fires.
-
-    Args:
-        means: What `smooth` returns for the settings' weights, (frames, classes).
-        settings: When a gesture fires.
-        rate_hz: Frames per second.
-        labels: The classes, "null" first; only for settings with patient, slow or brisk ones.
-        levels: Of the contact in each frame, (frames,); None: unknown.
-        idle: Mean of |z - 1| while nothing touches; of all frames, or of each, (frames,).
-    """
-    levels = np.zeros(len(means)) if levels is None else levels
-    if settings.patient:
-        stage = Debouncer(labels, settings, rate_hz)
-        found = []
-        noise = np.broadcast_to(idle, len(means)).tolist()
-        for number, (mean, level, own) in enumerate(zip(means, levels, noise, strict=True)):
-            stage._needs = settings.tap(own)
-            if (kind := stage._decide(mean, float(level), float(level))) != NULL:
-                found.append((number, kind))
-        return found
-    gestures = means[:, NULL + 1 :]
-    touched = np.concatenate([[False], 1.0 - means[:, NULL] >= settings.off, [False]])
-    begins, ends = np.flatnonzero(np.diff(touched.astype(np.int8))).reshape(-1, 2).T
-    if not len(begins):
-        return []
-    frame = np.arange(len(means))
-    since = frame - begins[np.maximum(np.searchsorted(begins, frame, side="right") - 1, 0)] + 1
-    early = gestures
-    if settings.slow:
-        early = gestures.copy()
-        for label in settings.slow:
-            early[since / rate_hz < settings.slow_s, labels.index(label) - NULL - 1] = 0.0
-    needed = np.full(len(means), settings.on)
-    if settings.wait_s > 0.0:
-        share = np.minimum(1.0, since / rate_hz / settings.wait_s)
-        needed = settings.on + (settings.late - settings.on) * share
-    sure = np.flatnonzero(early.max(axis=1) >= needed)
-    taps = _taps(means, settings, rate_hz, levels, idle, begins, ends)
-    brisk = [labels.index(label) for label in settings.brisk]
-    seen, kept = np.column_stack([levels, levels]), round(_KEPT_S * rate_hz)
-    fired: list[tuple[int, int]] = []
-
-    def has_landed(frame: int, kind: int, *, left: bool = False) -> bool:
-        within = _within(settings, rate_hz, left=left) if kind in brisk else kept
-        after = max(fired[-1][0] + 1 if fired else 0, frame + 1 - within)
-        return settings.lifted > 1.0 or landed(seen[after : frame + 1])
-
-    for number, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
-        for at in sure[np.searchsorted(sure, begin) : np.searchsorted(sure, end)].tolist():
-            likely = early[at]
-            if brisk and not has_landed(at, brisk[0]):
-                likely = likely.copy()
-                likely[[one - NULL - 1 for one in brisk]] = 0.0
-            if likely.max() >= needed[at]:
-                fired.append((at, NULL + 1 + int(likely.argmax())))
-                break
-        else:
-            if taps[number] != NULL and has_landed(end, taps[number], left=True):
-                fired.append((end, int(taps[number])))
-    return fired
-
-
-def _taps(
-    means: Means,
-    settings: DebounceSettings,
-    rate_hz: float,
-    levels: NDArray[np.float64],
-    idle: float | NDArray[np.float64],
-    begins: Index,
-    ends: Index,
-) -> Index:
-    """Return the class that each touch, (touches,), is a tap of at its end, or NULL.
-
-    Touches are from the frame `begins` to the one before `ends`; else as in `fire`.
-    """
-    if settings.least > 1.0:
-        return np.full(len(begins), NULL)
-    gestures = means[:, NULL + 1 :]
-    bounds = np.column_stack([begins, ends]).ravel()
-    padded = np.vstack([gestures, np.zeros(gestures.shape[1])])
-    sums = np.add.reduceat(padded, bounds)[::2]
-    peaks = np.maximum.reduceat(padded, bounds)[::2]
-    most, touch = sums.argmax(axis=1), np.arange(len(begins))
-    noise = np.broadcast_to(idle, len(means))[np.minimum(ends, len(means) - 1)]
-    least, brief_s = settings.tap(noise)
-    low, high, last = _touch_levels(levels, begins, ends, max(1, round(_BEFORE_S * rate_hz)))
-    enough = (
-        (ends < len(means))
-        & (peaks[touch, most] >= least)
-        & (sums[touch, most] / rate_hz >= brief_s)
-        & ((settings.lifted > 1.0) | (last - low <= settings.lifted * (high - low)))
-    )
-    return np.where(enough, NULL + 1 + most, NULL)
-
-
-def _touch_levels(
-    levels: NDArray[np.float64], begins: Index, ends: Index, before: int
-) -> tuple[NDArray[np.float64], ...]:
-    """Return levels of the contact before each touch, in it at most, and after it, (touches,).
-
-    Touches are from the frame `begins` to the one before `ends`; `before` frames come before them.
-    """
-    padded = np.concatenate([np.zeros(before - 1), levels])
-    lowest = np.lib.stride_tricks.sliding_window_view(padded, before).min(axis=1)
-    bounds = np.column_stack([begins, ends]).ravel()
-    highest = np.maximum.reduceat(np.append(levels, 0.0), bounds)[::2]
-    return lowest[begins], highest, levels[np.minimum(ends, len(levels) - 1)]
-
-
-def patient(
-    settings: DebounceSettings,
-    labels: Sequence[str],
-    label: str,
-    streams: Sequence[Probabilities],
-    rate_hz: float,
-    idle: float = 0.0,
-) -> DebounceSettings:
-    """Return settings with which older gestures wait for a taught one that begins like them.
-
-    A double tap begins like a press, and a network that answers early would answer its first tap.
-
-    Args:
-        settings: As they are; what waits already goes on waiting.
-        labels: All labels, "null" first; those before `label` may wait for it.
-        label: The taught gesture.
-        streams: Probabilities of each frame of its examples, and of variations that the network has
-            not learned, (frames, classes) each.
-        rate_hz: Frames per second.
-        idle: Mean of |z - 1| of the examples where nothing touches.
-    """
-    if label in settings.eager:
-        return settings
-    weight, own = settings.weight(idle), labels.index(label)
-    on, late = _NEAR * settings.on, _NEAR * settings.late
-    eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)
-    delays: dict[int, list[float]] = {}
-    for stream in streams:
-        means = smooth(stream, weight)
-        first = next(iter(fire(means, eager, rate_hz, labels, idle=idle)), None)
-        sure = np.flatnonzero(means[:, own] >= min(on, late))
-        if first is not None and first[1] < own and len(sure) and sure[0] > first[0]:
-            delays.setdefault(first[1], []).append(float(sure[0] - first[0]) / rate_hz)
-    early = {kind: max(s) for kind, s in delays.items() if len(s) >= _ENOUGH * len(streams)}
-    if not early:
-        return settings
-    longest_s = min(LONGEST_S, _MARGIN * max(early.values()))
-    waiting = (*settings.patient, *(labels[kind] for kind in sorted(early)))
-    return replace(
-        settings,
-        patient=tuple(dict.fromkeys(waiting)),
-        awaited=tuple(dict.fromkeys((*settings.awaited, label))),
-        patience_s=round(max(settings.patience_s, longest_s), 3),
-    )

@@ -109,7 +109,7 @@ def explain(url: str, address: str, error: OSError) -> str:
 
 _AWAY: Final = "{address} does not answer; is the orb on, near, and not connected elsewhere?"
 _OFF: Final = "there is no Bluetooth adapter, or it is off; bluetoothctl power on"
-_UNPAIRED: Final = (
+_UNPAIRED_ADVICE: Final = (
     "{address} refuses this computer; pair it in the Bluetooth settings (orbtouch docs bluetooth)"
 )
 _NO_SOCKETS: Final = (
@@ -126,9 +126,9 @@ _REASONS: Final = {
         "{address} refuses the connection; start the orb: controller --link rfcomm:; if it runs, "
         "pair it again (orbtouch docs bluetooth)"
     ),
-    errno.EACCES: _UNPAIRED,
-    errno.EPERM: _UNPAIRED,
-    errno.ECONNRESET: _UNPAIRED,
+    errno.EACCES: _UNPAIRED_ADVICE,
+    errno.EPERM: _UNPAIRED_ADVICE,
+    errno.ECONNRESET: _UNPAIRED_ADVICE,
     errno.EBUSY: "{address} is being connected already; wait a moment, or close the other program",
     errno.EAFNOSUPPORT: _NO_SOCKETS,
     errno.EPROTONOSUPPORT: _NO_SOCKETS,

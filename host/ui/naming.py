@@ -8,7 +8,7 @@ from controller.shared.notices import TEMPLATES, Notice, names, worded
 from host.ui.unanswered import Reason
 from tetris.kit.language import Words
 
-_NUMBER: Final = re.compile(r"[+-]?\d+(\.\d+)?%?")
+_NUMBER_PATTERN: Final = re.compile(r"[+-]?\d+(\.\d+)?%?")
 
 
 def gesture(words: Words, label: str) -> str:
@@ -40,7 +40,7 @@ def unanswered(words: Words, reason: Reason) -> str:
 def said(words: Words, sentence: str) -> str:
     """Return a sentence, or a number in one, in the language in use; free text as it is."""
     if not isinstance(sentence, Notice):
-        return words.number(sentence) if _NUMBER.fullmatch(sentence) else sentence
+        return words.number(sentence) if _NUMBER_PATTERN.fullmatch(sentence) else sentence
     code = sentence.code
     template = words(key := f"said.{code}")
     arguments = [

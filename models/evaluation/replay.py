@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import gestures_of
-from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
+from controller.recognition.debounce import NULL, DebounceSettings
+from controller.recognition.debounced_stream import fire, smooth
 from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recognition.pipeline import Networks, Pipeline, Touch

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle, container
 from controller.bundles.bundle import Bundle
-from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
+from controller.recognition.debounce import DebounceSettings, Means
+from controller.recognition.debounced_stream import fire, smooth
 from controller.recognition.touch_position import PositionSpread
 from controller.shared import files
 from controller.shared.event_metric import Answer, Score, judge

@@ -13,7 +13,7 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.recognition.debounce import fire, smooth
+from controller.recognition.debounced_stream import fire, smooth
 from controller.simulator.hand.performance import SLOTS
 from controller.simulator.orb import PRESETS, OrbSimulator, preset
 from models.evaluation.replay import Batched, network_inputs

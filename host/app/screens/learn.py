@@ -31,8 +31,8 @@ _SHOWN: Final = COMMANDS[:-1]  # what a piece can show; a pause shows nothing
 _MIRRORED: Final = {"twist_cw": "twist_ccw"}  # one of the two is enough
 _OFF_CENTRE: Final = 0.6  # grid units; nearer to the middle a place has no side
 _GRID: Final = 0.25  # grid units between the places that are tried
-_EDGE: Final = 0.5  # grid units above the upper taxels: the middle of what holds a piece
-_POINT: Final = "point"  # the command of a lesson of Aim that any step of the piece fulfils
+_HOLD_OFFSET: Final = 0.5  # grid units above the upper taxels: the middle of what holds a piece
+_POINT_COMMAND: Final = "point"  # the command of a lesson of Aim that any step of the piece fulfils
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ class LearnScreen(GamePage):
         step = self.step
         if step is None or action is Action.PAUSE:
             super().act(action, time_s)
-        elif step.command == _POINT:
+        elif step.command == _POINT_COMMAND:
             self._do(action, time_s, right=action in (Action.LEFT, Action.RIGHT))
         else:
             self._do(action, time_s, right=action is ACTIONS[step.command])
@@ -179,7 +179,7 @@ class LearnScreen(GamePage):
         """Return what to do, and how it went."""
         words, palette, step = self.words, self._stage.look.palette, self.step
         if step is not None:
-            icon = "press" if step.command == _POINT else step.command
+            icon = "press" if step.command == _POINT_COMMAND else step.command
             return [
                 Line(self._dots(), 22, palette.accent, after=8),
                 Line(words(f"learn.does.{step.command}"), 40, palette.text, icon),
@@ -253,8 +253,11 @@ def aim_steps(infos: Sequence[GestureInfo], pad: DomeArea) -> tuple[Step, ...]:
         return ()
     middle, left = pad.centre, (0.0, pad.centre[1])
     others = [one for one in steps(infos, pad) if not one.located and one.command != "drop"]
-    hold = Step("press", "hold", (middle[0], pad.rows - 1 + _EDGE), False, "")
-    touch, deeper = Step("touch", _POINT, left, False, ""), Step("deeper", "drop", left, False, "")
+    hold = Step("press", "hold", (middle[0], pad.rows - 1 + _HOLD_OFFSET), False, "")
+    touch, deeper = (
+        Step("touch", _POINT_COMMAND, left, False, ""),
+        Step("deeper", "drop", left, False, ""),
+    )
     return touch, *others, deeper, hold
 
 

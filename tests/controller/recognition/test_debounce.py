@@ -11,7 +11,8 @@ from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
 from controller.recognition.contact import ContactEstimate
-from controller.recognition.debounce import Debouncer, DebounceSettings, fire, smooth
+from controller.recognition.debounce import Debouncer, DebounceSettings
+from controller.recognition.debounced_stream import fire, smooth
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 NULL, PRESS, PINCH = range(3)
