@@ -199,12 +199,12 @@ class EmulatedBoard:
 
     def _other(self, channel: int, input_: int, converter: int) -> float:
         """Return the voltage of an input that no row hangs on."""
+        pump, volts = self.wiring.pump, None
         if input_ == self.wiring.converter.ground:
-            return self.circuit.hold(0.0, converter)
-        pump = self.wiring.pump
-        if pump is not None and channel == pump.channel:
-            return self.circuit.hold(pump.zero_v + pump.v_per_kpa * self.kpa, converter)
-        return self.circuit.held(converter)
+            volts = 0.0
+        elif pump is not None and channel == pump.channel:
+            volts = pump.zero_v + pump.v_per_kpa * self.kpa
+        return self.circuit.hold(volts, converter)
 
     def _size(self, kind: str) -> float:
         """Return the size of a fault, 0 if it is off."""
