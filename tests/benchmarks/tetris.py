@@ -12,8 +12,8 @@ gravity, lock delay, points and events; `env` through our environment's `step`, 
 included; `kernel` through `Kernel.step`. Ratios are to Tetris-Gymnasium's `step`, which returns an
 observation too, both without wrappers: of each round, then their median; without the peer there
 are none. Before that the kernel is held against the engine on random games. `placements_us` is the
-time to find all placements of each piece with their spins, mean over boards of games played well
-and of games played at random.
+time to find all placements of each piece, mean over boards of games played well and of games played
+at random.
 """
 
 import random
@@ -27,7 +27,7 @@ from typing import Final
 from tests.reference.tetris_kernel import MOVES, Kernel, agree
 from tests.support.processes import LineProcess
 from tetris.bots.greedy import plan
-from tetris.bots.placements import find_spins
+from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece
 
@@ -156,7 +156,7 @@ def placements_us(sets: dict[str, list[int]]) -> dict[str, float]:
         pairs = [(bits, piece) for bits in some for piece in entering if not bits & piece.mask]
         start_s = time.process_time()
         for bits, piece in pairs:
-            find_spins(bits, piece)
+            find(bits, piece)
         times[name] = (time.process_time() - start_s) / len(pairs) * 1e6
     return {"placements_us": statistics.mean(times.values()), **times}
 

@@ -20,10 +20,10 @@ except ModuleNotFoundError as error:
         name=error.name,
     ) from error
 
-from tetris.bots.placements import find, find_spins
+from tetris.bots.placements import find, paths
 from tetris.engine.board import EMPTY, GARBAGE, row_shift
 from tetris.engine.game import Action, Config, Game, Phase
-from tetris.engine.moves import Spin, entered
+from tetris.engine.moves import Spin, entered, spin
 from tetris.engine.pieces import KINDS, LAST_KICK, SHAPES, STRIDE, Kind, Piece
 
 Observation = dict[str, NDArray[np.uint8]]
@@ -180,19 +180,23 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
         hold, action = divmod(action, self._places)
         if hold:
             game.update(0.0, (Action.HOLD,))
-        found: dict[Spin, list[Piece]] = {}
+        place = None
         if game.in_play and not (hold and game.can_hold):
-            found = find_spins(game.board.bits, game.piece, self._config.kicks)
-        places = [
-            (piece, kick)
-            for spin, kick in _KICKS.items()
-            for piece in found.get(spin, ())
-            if self.encode(piece) == action
-        ]
-        if places:
-            game.put(*places[0])
+            found = find(game.board.bits, game.piece, self._config.kicks)
+            place = next((piece for piece in found if self.encode(piece) == action), None)
+        if place:
+            game.put(place, self._kick(place))
         game.update(0.0, (Action.HARD_DROP,))
-        return bool(places)
+        return place is not None
+
+    def _kick(self, place: Piece) -> int | None:
+        """Return the kick by which the best spin leads to a place, if one does."""
+        bits = self.game.board.bits
+        if spin(bits, place, 0) is Spin.NONE:
+            return None
+        ways = paths(bits, self.game.piece, self._config.kicks)
+        spins = {its_spin for piece, its_spin, _ in ways if piece == place}
+        return next(kick for its_spin, kick in _KICKS.items() if its_spin in spins)
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"lines": self.game.lines}

@@ -1,4 +1,4 @@
-"""All placements of a piece, spins included, and the fewest inputs to each.
+"""All placements of a piece, and the fewest inputs to each, with and without a spin.
 
 A set of positions is one integer: bit n is set for a box whose corner is bit n of the
 board. A shift of the integer moves all positions of the set at once, so that the piece
@@ -9,7 +9,7 @@ by side in one integer, a block each.
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Final, NamedTuple
+from typing import Final
 
 from tetris.engine import moves
 from tetris.engine.board import empty_bits, row_shift
@@ -42,30 +42,8 @@ _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after 
 _TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
 
 
-class _Found(NamedTuple):
-    """Sets of positions; those of the four turns lie side by side, but in `resting`."""
-
-    resting: tuple[int, ...]  # where the piece can lock, for each turn
-    reached: int
-    free: int
-    start: int  # where it is, if it may lie there without having been moved
-    width: int  # of a turn's block, in bits
-
-
 def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> list[Piece]:
     """Return where a piece in a free position can lock; turns that fill the same cells are one."""
-    return _pieces(piece.kind, _find(bits, piece, kicks).resting)
-
-
-def find_spins(bits: int, piece: Piece, kicks: Kicks = "srs") -> dict[Spin, list[Piece]]:
-    """Return the same by spins; a place that can be reached with and without one is in both."""
-    if piece.kind != "T":
-        return {Spin.NONE: find(bits, piece, kicks)}
-    sets = _spins(bits, _find(bits, piece, kicks), kicks)
-    return {spin: _pieces("T", some) for spin, some in sets.items()}
-
-
-def _find(bits: int, piece: Piece, kicks: Kicks) -> _Found:
     kind = piece.kind
     empty = _EMPTIES.get(bits >> _TOP_ROW & _SOLID, 0)
     height = ((bits ^ empty).bit_length() + STRIDE - 1) // STRIDE - FLOOR_ROWS
@@ -73,7 +51,6 @@ def _find(bits: int, piece: Piece, kicks: Kicks) -> _Found:
     height = min(max(height, 0 if open_sky else piece.y), TOTAL_ROWS - 1)
     width, block, all_blocks, sky, falls = _measures(height, kind)
     free = _blocked(bits, kind, width, block) ^ all_blocks
-    start = 0
     if open_sky:
         reached = free & sky  # up there, it can be turned and shifted at will
         through = free
@@ -81,17 +58,17 @@ def _find(bits: int, piece: Piece, kicks: Kicks) -> _Found:
             reached |= through & reached >> rows
             through &= through >> rows
     else:
-        reached = start = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
+        reached = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
     missing = free & ~reached
     if missing:
         reached = _flooded(reached, missing, free, width, block, _turns(kind, kicks))
     resting = reached & ~(free << STRIDE)
     if kind == "O":
-        return _Found((resting,), reached, free, start, width)
+        return _pieces(kind, (resting,))
     up, right, down, left = (resting >> turn * width & block for turn in range(4))
     if kind in _TWINS:  # after half a turn: a row lower, or a column to the left
         down, left = down & ~(up << STRIDE), left & ~(right << 1)
-    return _Found((up, right, down, left), reached, free, start, width)
+    return _pieces(kind, (up, right, down, left))
 
 
 def _blocked(bits: int, kind: Kind, width: int, block: int) -> int:
@@ -130,57 +107,24 @@ def _flooded(
                 for before, tests in into:
                     source = sources[before]
                     if source:
-                        hits, last = _turned(source, wanted, places, tests)
-                        fresh |= (hits | last) << start
+                        fresh |= _turned(source, wanted, places, tests) << start
             start += width
         missing &= ~fresh
     return reached
 
 
-def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> tuple[int, int]:
-    """Return which of the wanted positions a quarter turn reaches, by the last test apart.
-
-    All given but `source` is lifted.
-    """
+def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> int:
+    """Return which of the wanted positions a quarter turn reaches; all but `source` is lifted."""
     a, b, c, d, e = tests
     source &= wanted >> a | wanted >> b | wanted >> c | wanted >> d | wanted >> e
     hits = 0
-    for test in (a, b, c, d):
+    for test in tests:
         if not source:
-            return (hits & wanted) >> _LIFT, 0
+            break
         fits = source & free >> test  # the others go on to the next test
         hits |= fits << test
         source ^= fits
-    return (hits & wanted) >> _LIFT, (source << e & wanted) >> _LIFT
-
-
-def _spins(bits: int, found: _Found, kicks: Kicks) -> dict[Spin, tuple[int, ...]]:
-    """Sort T's placements by their spins: docs/tetris.md "tspin"."""
-    turns, reached, free, start, width = found
-    corners = [bits >> corner for corner in moves.T_CORNERS]
-    a, b, c, d = corners
-    three = a & b & (c | d) | c & d & (a | b)
-    if not any(positions & three for positions in turns):
-        return {Spin.NONE: turns}
-    block = (1 << width) - 1
-    full, mini, plain = [0] * 4, [0] * 4, list(turns)
-    for turn, into in enumerate(_turns("T", kicks)):
-        wanted = turns[turn] & three
-        if not wanted:
-            continue
-        places = (free >> turn * width & block) << _LIFT
-        first, second = moves.T_FRONT[turn]
-        front = corners[first] & corners[second]
-        for before, tests in into:
-            source = reached >> before * width & block
-            hits, last = _turned(source, wanted << _LIFT, places, tests)
-            full[turn] |= hits & front | last
-            mini[turn] |= hits & ~front
-        # Without a spin: the others, and those that a shift or a fall reaches too.
-        here = reached >> turn * width & block
-        moved = here << 1 | here >> 1 | here >> STRIDE | start >> turn * width & block
-        plain[turn] &= ~(full[turn] | mini[turn]) | moved
-    return {Spin.NONE: tuple(plain), Spin.MINI: tuple(mini), Spin.FULL: tuple(full)}
+    return (hits & wanted) >> _LIFT
 
 
 @cache
@@ -240,16 +184,11 @@ def _pieces(kind: Kind, sets: tuple[int, ...]) -> list[Piece]:
 
 
 def path(
-    bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs", spin: Spin | None = None
+    bits: int, piece: Piece, landing: Piece, kicks: Kicks = "srs"
 ) -> tuple[Action, ...] | None:
-    """Return the fewest inputs to a landing, with a spin if one is given; None if out of reach.
-
-    Any turn that fills the landing's cells will do.
-    """
-    for found, its_spin, actions in paths(bits, piece, kicks):
-        if found.mask == landing.mask and spin in (None, its_spin):
-            return actions
-    return None
+    """Return the fewest inputs to a landing or one of the same cells; None if out of reach."""
+    ways = (way for found, _, way in paths(bits, piece, kicks) if found.mask == landing.mask)
+    return next(ways, None)
 
 
 def paths(

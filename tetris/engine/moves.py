@@ -14,8 +14,8 @@ from tetris.engine.pieces import KICKS, LAST_KICK, OFFSETS, STRIDE, Kicks, Piece
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
 """Index of a kick table's clockwise turns in `Piece.turned`; the others come next."""
 
-T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
-T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
+_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
+_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
 
 
 class Spin(Enum):
@@ -63,10 +63,10 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     """
     if piece.kind != "T" or kick is None:
         return Spin.NONE
-    filled = [bits >> piece.corner + corner & 1 for corner in T_CORNERS]
+    filled = [bits >> piece.corner + corner & 1 for corner in _CORNERS]
     if sum(filled) < 3:
         return Spin.NONE
-    first, second = T_FRONT[piece.turn]
+    first, second = _FRONT[piece.turn]
     # Every fifth kick counts as full: "Where sources disagree".
     full = (filled[first] and filled[second]) or kick == LAST_KICK
     return Spin.FULL if full else Spin.MINI

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.tetris_games import set_up
-from tetris.bots.placements import find, find_spins, path, paths
+from tetris.bots.placements import find, path, paths
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game
@@ -22,15 +22,15 @@ T_SLOT = """
 
 
 def test_under_an_overhang_only_a_turn_reaches_the_slot() -> None:
-    found = find_spins(Board.parse(T_SLOT).bits, Piece.entering("T"))
+    found = paths(Board.parse(T_SLOT).bits, Piece.entering("T"))
     slot = Piece("T", 3, 0, turn=2)
-    assert [spin for spin, some in found.items() if slot in some] == [Spin.FULL]
+    assert [spin for piece, spin, _ in found if piece == slot] == [Spin.FULL]
 
 
 def test_one_place_with_and_without_a_spin_is_two_placements() -> None:
-    found = find_spins(Board.parse(".JJJJJJJJJ").bits, Piece.entering("T"))
+    found = paths(Board.parse(".JJJJJJJJJ").bits, Piece.entering("T"))
     upright = Piece("T", -1, 0, turn=1)
-    assert [spin for spin, some in found.items() if upright in some] == [Spin.NONE, Spin.MINI]
+    assert {spin for piece, spin, _ in found if piece == upright} == {Spin.NONE, Spin.MINI}
 
 
 def test_a_piece_slides_under_a_roof_from_the_side() -> None:
@@ -84,10 +84,11 @@ tables = st.sampled_from(("srs", "srs+"))
 
 def check(bits: int, start: Piece, kicks: Kicks) -> None:
     """Compare flooding with what is found a step at a time."""
-    filled = [(p.mask, spin) for spin, some in find_spins(bits, start, kicks).items() for p in some]
+    filled = [piece.mask for piece in find(bits, start, kicks)]
+    walked = [(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)]
     assert len(filled) == len(set(filled))
-    assert set(filled) == {(piece.mask, spin) for piece, spin, _ in paths(bits, start, kicks)}
-    assert {p.mask for p in find(bits, start, kicks)} == {mask for mask, _ in filled}
+    assert len(walked) == len(set(walked))
+    assert set(filled) == {mask for mask, _ in walked}
 
 
 @given(boards, st.sampled_from(KINDS), tables)
@@ -111,7 +112,8 @@ def test_a_piece_deep_in_the_stack_finds_its_way_too(
 def test_inputs_lead_to_places(board: Board, kind: Kind, kicks: Kicks, data: st.DataObject) -> None:
     start = Piece.entering(kind, board.columns)
     place, spin, way = data.draw(st.sampled_from([*paths(board.bits, start, kicks)]))
-    assert path(board.bits, start, place, kicks, spin) == way
+    ways = [w for piece, _, w in paths(board.bits, start, kicks) if piece.mask == place.mask]
+    assert path(board.bits, start, place, kicks) == ways[0]
     game = Game(1, Config(columns=board.columns, kicks=kicks))
     set_up(game, Board.parse(str(board), board.columns), start)
     (locked,) = [e for e in game.update(0.0, way) if isinstance(e, Locked)]
