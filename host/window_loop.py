@@ -22,10 +22,6 @@ _TICKS = 5  # for each picture of an idle page: messages are taken, and events s
 _ICON = 56  # radius of the dome that is the window's icon, pixels
 
 
-class WindowError(TroubleError, RuntimeError):
-    """No window can be opened; the message is one sentence for the user."""
-
-
 def play(
     target: Target,
     orb: Receiver,
@@ -104,13 +100,13 @@ def _exchange(target: Target, orb: Receiver, now_s: float, connected: bool) -> b
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window, or WindowError; headless, an invisible surface of the same size."""
+    """Open the window, or TroubleError; headless, an invisible surface of the same size."""
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
         surface = open_window(size, "OrbTouch")
     except DisplayError as error:
-        raise WindowError(
+        raise TroubleError(
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
     if not headless:

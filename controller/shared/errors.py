@@ -14,7 +14,7 @@ INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 class UserError(Exception):
     """A request that cannot be met. The message is one sentence: found, expected, what to do.
 
-    Each package derives its own errors from this and from the built-in error that they are like.
+    One that is caught has a class of its own, derived from this and the built-in error it is like.
 
     Attributes:
         status: Exit status of the command: 2, a mistake in what the user typed or in a file that

@@ -24,16 +24,16 @@ from controller.recordings.recording import Recording
 from controller.recordings.writer import alternatives
 from controller.shared.aliases import Say
 from controller.shared.cues import NULL_LABEL
-from controller.shared.errors import count
+from controller.shared.errors import UserError, count
 from controller.shared.touch_strength import scaled
-from controller.teach.session import SessionPlan, TeachError
+from controller.teach.session import SessionPlan
 
 EDGE_S: Final = 0.5  # of a label that may belong to what is beside it
 MOST: Final = 20  # examples
 
 
 def plan(given: SessionPlan, label: str, command: str | None, known: Bundle) -> SessionPlan:
-    """Return the session in which one gesture is taught; TeachError if it cannot be.
+    """Return the session in which one gesture is taught; UserError if it cannot be.
 
     A gesture of the vocabulary keeps its command and the symmetries that it declares there.
     """
@@ -41,13 +41,13 @@ def plan(given: SessionPlan, label: str, command: str | None, known: Bundle) -> 
     entry = entry or vocabularies.parse(f'[[gesture]]\nlabel = "{label}"', label, Path()).entries[0]
     old = label in known.labels
     if old and not given.user:
-        raise TeachError(f"{label!r} is known already; --user NAME teaches how one user does it")
+        raise UserError(f"{label!r} is known already; --user NAME teaches how one user does it")
     if given.user and not old:
-        raise TeachError(f"{label!r} is new, and a new gesture is everybody's; leave out --user")
+        raise UserError(f"{label!r} is new, and a new gesture is everybody's; leave out --user")
     if old and command is not None:
-        raise TeachError(f"{label!r} asks for something already; --command is for new gestures")
+        raise UserError(f"{label!r} asks for something already; --command is for new gestures")
     if given.repetitions > MOST:
-        raise TeachError(f"from more than {MOST} examples, train a bundle (orbtouch docs teach)")
+        raise UserError(f"from more than {MOST} examples, train a bundle (orbtouch docs teach)")
     entry = replace(entry, command=command if old else command or entry.command)
     wanted = replace(given.vocabulary, name=label, entries=(entry,))
     return replace(given, out=given.out / label, vocabulary=wanted, rate_hz=known.rate_hz)
@@ -57,7 +57,7 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
     """Let a bundle learn a gesture from recordings, and write what it becomes into a folder.
 
     Raises:
-        TeachError: There is no example.
+        UserError: There is no example.
         AdaptError: They cannot be learned from.
         BundleError, OSError: The bundle cannot be read or written.
     """
@@ -68,7 +68,7 @@ def learn(path: Path, recordings: Sequence[Path], plan: SessionPlan, out: Path, 
         for one in cut(loaded, recording, entry)
     ]
     if not examples:
-        raise TeachError("no example was felt, so there is nothing to learn")
+        raise UserError("no example was felt, so there is nothing to learn")
     begun = time.monotonic()
     taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
     name = f"{entry.label}-{plan.user}" if plan.user else entry.label

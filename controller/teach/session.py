@@ -52,10 +52,6 @@ _REACTION_S: Final = (0.2, 0.6)  # from a cue to the simulated hand's first move
 _log = logging.getLogger("controller")
 
 
-class TeachError(UserError, ValueError):
-    """It cannot be taught like this; the message says why, in one sentence."""
-
-
 @dataclass(frozen=True, slots=True)
 class SessionPlan:
     """One session: the sensor, what is taught, and where the recording goes."""
@@ -76,12 +72,12 @@ def requests(
     """Return the examples of a session on a grid = (rows, columns), in an order that `rng` draws.
 
     Raises:
-        TeachError: No gesture has a place, or there are too many examples.
+        UserError: No gesture has a place, or there are too many examples.
     """
     labels = plan.vocabulary.labels[1:]
     if plan.protocol == LOCATIONS:
         if not plan.vocabulary.located:
-            raise TeachError(
+            raise UserError(
                 f"no gesture of {plan.vocabulary.name!r} has a place; write located = true to one"
             )
         places = sites(*grid, rng)
@@ -93,7 +89,7 @@ def requests(
         once = [ExampleRequest(label) for label in (*labels, *others)]
     total = len(once) * plan.repetitions
     if total > MAX_EXAMPLES:
-        raise TeachError(
+        raise UserError(
             f"{total} examples are more than {MAX_EXAMPLES}; choose fewer --repetitions"
         )
     # In rounds: after an early stop each has been asked for as often.
@@ -113,7 +109,7 @@ def run(plan: SessionPlan, stopped: Callable[[], bool], say: Say) -> list[Path]:
 
     Raises:
         SensorError, RecordingError: The sensor cannot be used, or nothing can be recorded.
-        TeachError: It cannot be taught like this.
+        UserError: It cannot be taught like this.
     """
     _check_hand(plan)
     runs = RunFiles(plan.out, plan.user, plan.session)
@@ -183,12 +179,12 @@ def _record(
 
 
 def _check_hand(plan: SessionPlan) -> None:
-    """Raise TeachError if the sensor's own hand cannot do a gesture."""
+    """Raise UserError if the sensor's own hand cannot do a gesture."""
     if not sensors.options(plan.sensor).simulated:
         return
     for label in plan.vocabulary.labels[1:]:
         if not knows(plan.vocabulary.files, label):
-            raise TeachError(
+            raise UserError(
                 f'the virtual orb\'s hand cannot do {label!r}; write file = "{label}.toml" to it '
                 "(orbtouch docs gestures)"
             )

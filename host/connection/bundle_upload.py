@@ -35,10 +35,6 @@ NO_OUTCOME: Final = notice("no_outcome")
 Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
 
 
-class FileError(UserError, ValueError):
-    """The file cannot be sent; the message says why, in one sentence."""
-
-
 class BundleUpload:
     """Delivers one file; a lost link interrupts it, and the next connection goes on.
 
@@ -132,13 +128,13 @@ class BundleUpload:
 
 
 def load(path: Path) -> BundleUpload:
-    """Return the upload of a file; FileError if it cannot be read, or is no bundle by its size."""
+    """Return the upload of a file; UserError if it cannot be read, or is no bundle by its size."""
     try:
         data = read_bytes(path, MOST)
     except OSError as error:
-        raise FileError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
+        raise UserError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
     if not data:
-        raise FileError(f"{path} is empty; name a bundle")
+        raise UserError(f"{path} is empty; name a bundle")
     return BundleUpload(path.name, data)
 
 

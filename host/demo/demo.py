@@ -38,10 +38,6 @@ _QUICK: Final = ("--sensor", "virtual:quick=1")  # a nominal orb understands the
 _CHOSEN: Final = ("--sensor", "--preset", "--bundle", "--rate")  # by the user: the hand is calm
 
 
-class DemoError(TroubleError, RuntimeError):
-    """The demo cannot go on; the message is one sentence."""
-
-
 def quick(orb_options: Sequence[str]) -> Sequence[str]:
     """Return options of a virtual orb whose hand is quick, unless they choose another orb."""
     chosen = any(word.partition("=")[0] in _CHOSEN for word in orb_options)
@@ -132,7 +128,7 @@ class Demo:
         """Let the player decide, grant one tick, and play what comes back.
 
         Raises:
-            DemoError: The orb is gone or stays silent.
+            TroubleError: The orb is gone or stays silent.
         """
         decision = self._player.decide(self.target.game, self.now_s)
         if decision is not None:
@@ -166,7 +162,7 @@ class Demo:
         while True:
             for item in self._receiver.poll():
                 if isinstance(item, Lost | Refused):
-                    raise DemoError(
+                    raise TroubleError(
                         f"the virtual orb was lost at {self.now_s:.1f} s: {item.reason}"
                     )
                 if isinstance(item, Delivered) and isinstance(item.message, Granted):
@@ -175,7 +171,7 @@ class Demo:
                     continue
                 received.append(item)
             if time.monotonic() > deadline:
-                raise DemoError(f"the virtual orb does not answer at {self.now_s:.1f} s")
+                raise TroubleError(f"the virtual orb does not answer at {self.now_s:.1f} s")
             self._receiver.wait(deadline - time.monotonic())
 
 
@@ -199,7 +195,7 @@ def run(
     without a word, when `shutdown` has a reason.
 
     Raises:
-        LinkError, DemoError: The orb cannot be reached, or is gone or silent.
+        TroubleError: The orb cannot be reached, or is gone or silent.
     """
     with Demo(seed, seconds, orb_options, link) as demo:
         while not (demo.over or shutdown):

@@ -21,12 +21,8 @@ PORT: Final = 4025
 _ELSEWHERE: Final = ("192.0.2.1", "10.255.255.254", "172.31.255.254", "192.168.255.254")
 
 
-class PhoneError(UserError, ValueError):
-    """The page cannot be served there; the message is one sentence with what to do."""
-
-
 def open_phone(words: str) -> PhoneServer:
-    """Serve the page on ADDRESS or ADDRESS:PORT (IPv6 in brackets), or raise PhoneError."""
+    """Serve the page on ADDRESS or ADDRESS:PORT (IPv6 in brackets), or raise UserError."""
     try:
         parts = urlsplit(f"//{words}")
         address, port = ip_address(parts.hostname or ""), parts.port
@@ -41,7 +37,7 @@ def open_phone(words: str) -> PhoneServer:
 
         from host.phone.server import PhoneServer
     except ModuleNotFoundError as error:
-        raise PhoneError(f"a phone needs {error.name}; {how_to_install('phone')}") from None
+        raise UserError(f"a phone needs {error.name}; {how_to_install('phone')}") from None
     family = socket.AF_INET if address.version == 4 else socket.AF_INET6
     try:
         place = str(address), PORT if port is None else port
@@ -49,7 +45,7 @@ def open_phone(words: str) -> PhoneServer:
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
             raise _elsewhere(f"{address} is not an address of this machine") from None
-        raise PhoneError(f"--phone: {reason(error)}; name another port: ADDRESS:PORT") from error
+        raise UserError(f"--phone: {reason(error)}; name another port: ADDRESS:PORT") from error
 
 
 def code(text: str) -> QRCode:
@@ -75,6 +71,6 @@ def own_addresses() -> list[str]:
     return list(found)
 
 
-def _elsewhere(problem: str) -> PhoneError:
+def _elsewhere(problem: str) -> UserError:
     own = " or ".join(own_addresses()) or "none in a network, so connect it to the phone's first"
-    return PhoneError(f"--phone: {problem}; expected an address of this machine: {own}")
+    return UserError(f"--phone: {problem}; expected an address of this machine: {own}")

@@ -48,10 +48,6 @@ class TargetOptions:
     demo: int | None = None  # seed of a game that the orb's own hand plays at once; None: none
 
 
-class TargetError(UserError, ValueError):
-    """There is no target of that name."""
-
-
 class Target(ABC):
     """A program driven by commands. All times are seconds of one monotonic clock.
 
@@ -174,13 +170,13 @@ def names() -> tuple[str, ...]:
 def load(name: str, options: TargetOptions | None = None) -> Target:
     """Make a target: `create(options)` of its module, of keys `create(name, options)`.
 
-    TargetError, another UserError of an option, or BackendError if it cannot press keys here.
+    UserError if there is none or of an option, BackendError if it cannot press keys here.
     """
     if name not in names():
         if (found := plugins.find("targets", name)) is not None:
             return cast(Target, found.create(options or TargetOptions()))
         known = ", ".join((*names(), *plugins.names("targets")))
-        raise TargetError(f"there is no target {name!r}; there are: {known}")
+        raise UserError(f"there is no target {name!r}; there are: {known}")
     module = importlib.import_module(_MODULES.get(name, f"{__name__}.{name}"))
     kind = (name,) if name in _KEYS else ()
     return cast(Target, module.create(*kind, options or TargetOptions()))

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
 from controller.bundles.vocabulary import Vocabulary
+from controller.shared.errors import UserError
 from controller.teach.session import (
     GESTURES,
     LOCATIONS,
     SessionPlan,
-    TeachError,
     requests,
     sites,
 )
@@ -63,10 +63,10 @@ def test_of_a_large_grid_a_hundred_places_are_drawn() -> None:
 
 def test_a_vocabulary_without_places_has_none_to_ask_for() -> None:
     wave = vocabulary.parse('[[gesture]]\nlabel = "wave"', "wave.toml", Path())
-    with pytest.raises(TeachError, match="write located = true to one"):
+    with pytest.raises(UserError, match="write located = true to one"):
         requests(plan(wave, LOCATIONS, 1), (5, 5), rng())
 
 
 def test_nobody_is_asked_for_ten_thousand_examples() -> None:
-    with pytest.raises(TeachError, match="choose fewer --repetitions"):
+    with pytest.raises(UserError, match="choose fewer --repetitions"):
         requests(plan(FIVE, GESTURES, 9999), (5, 5), rng())

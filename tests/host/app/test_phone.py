@@ -13,10 +13,10 @@ import pytest
 from websockets.sync.client import ClientConnection
 
 import host.phone
+from controller.shared.errors import UserError
 from controller.shared.protocol.messages import Contacts
 from host.app.screens import phone as screen
 from host.connection.receiver import Lost
-from host.phone import PhoneError
 from tests.support.app_window import FELT, WELCOME, Window
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import until
@@ -142,7 +142,7 @@ def test_switched_off_the_page_is_gone(window: Window) -> None:
 
 def test_a_trouble_is_told_on_the_page(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(words: str) -> None:
-        raise PhoneError(f"{words} is taken")
+        raise UserError(f"{words} is taken")
 
     monkeypatch.setattr(screen, "open_phone", refuse)
     take(window, "127.0.0.1")

@@ -14,7 +14,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from host.phone import PhoneError, open_phone, page, server
+from controller.shared.errors import UserError
+from host.phone import open_phone, page, server
 from host.phone.server import PhoneServer
 from tests.support.phone_tab import join, opened
 from tests.support.waiting import PATIENCE_S, until
@@ -313,18 +314,18 @@ def test_what_is_no_address_is_refused_with_the_addresses_there_are(
     words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("host.phone.own_addresses", lambda: ["192.168.1.4"])
-    with pytest.raises(PhoneError, match=r"expected an address .*: 192\.168\.1\.4"):
+    with pytest.raises(UserError, match=r"expected an address .*: 192\.168\.1\.4"):
         open_phone(words)
 
 
 def test_an_address_of_another_machine_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("host.phone.own_addresses", list[str])
-    with pytest.raises(PhoneError, match=r"203\.0\.113\.9 is not an address"):
+    with pytest.raises(UserError, match=r"203\.0\.113\.9 is not an address"):
         open_phone("203.0.113.9")
 
 
 def test_a_port_that_is_taken_is_told(phone: PhoneServer) -> None:
-    with pytest.raises(PhoneError, match="name another port"):
+    with pytest.raises(UserError, match="name another port"):
         open_phone(parts(phone)[0])
 
 
@@ -332,5 +333,5 @@ def test_without_the_libraries_one_sentence_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "qrcode.main", None)
-    with pytest.raises(PhoneError, match=r"pip install 'orbtouch\[phone\]'"):
+    with pytest.raises(UserError, match=r"pip install 'orbtouch\[phone\]'"):
         open_phone("127.0.0.1:0")

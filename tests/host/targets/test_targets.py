@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from controller.shared.errors import UserError
 from host import targets
 from host.app.application import OrbApp
 from host.targets import TargetOptions
@@ -13,5 +14,5 @@ def test_targets_are_found_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("HOME", str(tmp_path))
     assert targets.names() == ("gamepad", "keyboard", "tetris")
     assert isinstance(targets.load("tetris", TargetOptions(sound=False)), OrbApp)
-    with pytest.raises(targets.TargetError, match="there is no target 'chess'"):
+    with pytest.raises(UserError, match="there is no target 'chess'"):
         targets.load("chess")
