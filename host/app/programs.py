@@ -20,7 +20,7 @@ from controller.shared.protocol.link_events import Delivered, Received
 from controller.shared.protocol.messages import Command, State
 from host.injection.backends import BackendError
 from host.injection.injector import Injector, Sender
-from host.targets.keys import OUTPUTS, KeysTarget
+from host.targets.keys import ARM_KEY, OUTPUTS, PROFILE_KEY, KeysTarget
 
 SHIPPED: Final[tuple[Kind, ...]] = ("keyboard", "gamepad")
 _NAMED: Final = {"keyboard": "key", "gamepad": "pad"}  # how a mapping's file calls an output
@@ -154,9 +154,7 @@ class Programs:
 
     def hot_key(self, name: str) -> bool:
         """Take a key of the window; return whether it arms, or changes the profile."""
-        if self._target is None or self.mapping is None:
-            return False
-        if name not in (self.mapping.key_map.arm_key, self.mapping.key_map.profile_key):
+        if self._target is None or name not in (ARM_KEY, PROFILE_KEY):
             return False
         self._target.hot_key(name)
         return True
@@ -185,6 +183,6 @@ def choose_key(mapping: Mapping, profile: str, command: str, step: int) -> Mappi
         place += step
         try:
             return mapping.changed(profile, command, names[place % len(names)])
-        except ConfigError:  # a hot key, or a dangerous one
+        except ConfigError:  # a dangerous one
             continue
     return mapping

@@ -29,6 +29,7 @@ from host.injection.injector import Injector, PrintingSender, Sender
 from host.injection.watchdog import HANG_MS
 from host.targets import Target, TargetOptions
 
+ARM_KEY, PROFILE_KEY = "f9", "f8"  # hot keys of the application's window
 OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 
 
@@ -81,9 +82,9 @@ class KeysTarget(Target):
 
     def hot_key(self, key: str) -> None:
         """Process a hot key of the application's window."""
-        if key == self._map.arm_key:
+        if key == ARM_KEY:
             self.keys.toggle("by hand")
-        elif key == self._map.profile_key:
+        elif key == PROFILE_KEY:
             self.keys.switch()
 
     def close(self) -> None:

@@ -1,7 +1,5 @@
 """Key mappings: the entry of each command by profile, parsed from TOML, and the outputs of targets.
 
-arm_key = "f9"                     # in the program's window
-
 [everywhere]                       # holds in every profile
 pause = { profile = "slides" }
 
@@ -103,8 +101,6 @@ class KeyMap:
     """The entry of every command in every profile."""
 
     profiles: dict[str, dict[str, Entry]]  # by name, in the order of the file: command to entry
-    arm_key: str = "f9"  # key of the program's window that arms and disarms
-    profile_key: str = "f8"  # key that changes to the next profile
     allowed: tuple[Chord, ...] = ()  # dangerous chords that the user permits
     # entries of commands held for `long_s`, in every profile
     long: dict[str, Entry] = field(default_factory=dict)
@@ -141,10 +137,6 @@ class KeyMap:
 _SHIPPED: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of default.toml
 _MOST_HOSTS: Final = 9
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_HOT_KEYS: Final = {
-    "pattern": "f[6-9]|f10|f12|[a-z0-9]",
-    "expected": "f6 to f10, f12, a letter or a digit",
-}
 _TARGETS: Final = {  # of each kind of entry
     "key": "--target keyboard",
     "pad": "--target gamepad",
@@ -165,8 +157,6 @@ class _File:
         default=LONG_S, metadata={"key": "long_ms", "range": (500, 10_000), "divisor": 1000.0}
     )
     allow: tuple[str, ...] = ()
-    arm_key: str = field(default="f9", metadata=_HOT_KEYS)
-    profile_key: str = field(default="f8", metadata=_HOT_KEYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,23 +209,15 @@ def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:
     reader = _EntryReader(outputs, tuple(file.profile), name="allow")
     reader = replace(reader, allowed=tuple(reader.chord("key", one, KEYS) for one in file.allow))
     everywhere = reader.entries("everywhere", file.everywhere)
-    key_map = KeyMap(
+    return KeyMap(
         {
             name: everywhere | reader.entries(f"profile.{name}", entries)
             for name, entries in file.profile.items()
         },
-        file.arm_key,
-        file.profile_key,
         reader.allowed,
         reader.entries("long", file.long),
         file.long_s,
     )
-    for name, key in (("arm_key", file.arm_key), ("profile_key", file.profile_key)):
-        if key in key_map.keys:
-            raise ConfigError(f"has {name} = {key!r}, which it also presses", "", name)
-    if file.arm_key == file.profile_key:
-        raise ConfigError(f"has arm_key = profile_key = {file.arm_key!r}", "", "arm_key")
-    return key_map
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,8 +41,8 @@ class ProgramsScreen(OrbScreen):
     def page(self) -> Menu:
         """Return what is chosen, and whether it is on."""
         words, on, mapping = self.words, self._control.on, self.mapping
-        hint = words("programs.start_hint", arm_key=caption(mapping.key_map.arm_key, words))
         start = partial(self._control.start, mapping, self.profile)
+        hint = words("programs.start_hint")
         key, switch = ("stop", self._control.stop) if on else ("start", start)
         items = [
             self.item("programs.mapping", value=self.names[0], step=self._turn),

@@ -98,7 +98,7 @@ def test_shipped_mapping_is_saved_under_a_new_name(tmp_path: Path) -> None:
     assert again.key("arrows", "down") == "down"
 
 
-def test_hot_keys_and_dangerous_keys_cannot_be_chosen() -> None:
+def test_dangerous_keys_cannot_be_chosen() -> None:
     keyboard = programs.read(Path("keyboard"))
     assert keyboard
     seen, mapping = set(), keyboard
@@ -106,7 +106,7 @@ def test_hot_keys_and_dangerous_keys_cannot_be_chosen() -> None:
         mapping = programs.choose_key(mapping, "arrows", "left", 1)
         seen.add(mapping.key("arrows", "left"))
     assert {"a", "enter", "f5"} <= seen
-    assert not {"f9", "f8", "meta"} & seen
+    assert "meta" not in seen
 
 
 def test_files_that_are_no_mapping_are_left_out(tmp_path: Path) -> None:

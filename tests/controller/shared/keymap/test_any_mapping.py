@@ -27,7 +27,7 @@ WORDS: Final = (
     "left", "drop", "menu", "key", "pad", "arm", "true", "false", "profile", '"game"',
     "mode", '"hold"', '"tap"', '"repeat"', '"toggle"', "down_ms", "every_ms", "60", "1e999", "nan",
     "-1", "9" * 400, '"a"', '"ctrl+alt+delete"', '"alt+f4"', '"lb+a"', "allow = [", "]",
-    "arm_key = ", "profile_key", '"f9"', "[[press]]\n", "command", '"down"', "below", "left_of",
+    "allow = ", '"f9"', "[[press]]\n", "command", '"down"', "below", "left_of",
     "1.5", "pinch", '"none"', "inf", "'''", '"\\u0007"', '"\\u001b[2J" = ',
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
