@@ -6,7 +6,6 @@ is put aside.
 
 from __future__ import annotations
 
-import errno
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
@@ -18,10 +17,10 @@ import tomli_w
 from controller.shared.config import parse_toml, settings
 from controller.shared.errors import reason
 from controller.shared.files import atomic_write, config_folder, read_text
+from tetris.files import load
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024
-_DAMAGES: Final = (errno.EFBIG, errno.EILSEQ)  # with which a file is what was never written
 
 log = logging.getLogger(__name__)
 
@@ -87,27 +86,16 @@ class DeviceStore:
             self._warn(f"cannot write {self._path}: {reason(error)}")
 
     def _read(self) -> dict[str, KnownDevice]:
-        """Return what the file holds; one that cannot be read is put aside, and told of."""
-        try:
-            return _parse(parse_toml(read_text(self._path, _MAX_BYTES), _MAX_BYTES))
-        except FileNotFoundError:
-            return {}
-        except (OSError, ValueError) as error:
-            why = reason(error) if isinstance(error, OSError) else str(error)
-            damaged = not isinstance(error, OSError) or error.errno in _DAMAGES
-            said = (
-                f"is damaged ({why}), and {self._put_aside()}" if damaged else f"is not read: {why}"
-            )
-            self._warn(f"{self._path} {said}")
-            return {}
+        """Return what the file holds; one that is damaged is put aside, and told of."""
+        none: dict[str, KnownDevice] = {}
+        known, trouble = load(self._path, _load, none)
+        if trouble:
+            self._warn(trouble)
+        return known
 
-    def _put_aside(self) -> str:
-        aside = self._path.with_stem(f"{self._path.stem}-damaged")
-        try:
-            self._path.replace(aside)
-        except OSError as error:
-            return f"stays: {reason(error)}"
-        return f"was put aside as {aside.name}"
+
+def _load(path: Path) -> dict[str, KnownDevice]:
+    return _parse(parse_toml(read_text(path, _MAX_BYTES), _MAX_BYTES))
 
 
 def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
