@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -34,17 +34,6 @@ def seek(options: argparse.Namespace, memory: DeviceStore) -> DevicePort | None:
     if same and options.profile is None and _path(options.mapping) == known.keys:
         options.profile = known.profile
     return seeker
-
-
-def offer(memory: DeviceStore, tell: Callable[[str], None]) -> None:
-    """Print the orb that was here last, if there was one."""
-    for known in memory.devices:
-        if not known.virtual:
-            tell(
-                f"this is a virtual orb; for {known.name or 'the orb'} ({known.device_id}), last "
-                f"at {known.port}: host --device {known.device_id}"
-            )
-            return
 
 
 class DeviceDefaults:

@@ -19,7 +19,7 @@ from host import window_loop as loop
 from host.app.application import OrbApp
 from host.app.orbs import Orbs
 from host.cli import VERBS, add_option, warn
-from host.cli._device_defaults import DeviceDefaults, offer, seek
+from host.cli._device_defaults import DeviceDefaults, seek
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Receiver
@@ -92,8 +92,6 @@ def _play(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
         noted = DeviceDefaults(memory, options, target, seeker)
         stack.callback(noted.close)
         receiver.subscribe(noted.on_received, Connected)
-        if own is not None:
-            offer(memory, warn)
         if isinstance(target, OrbApp):
             target.orbs = orbs = Orbs(
                 receiver,

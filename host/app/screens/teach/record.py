@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 import pygame
 
-from controller.shared.cues import NULL_LABEL, Cue, CueSession, CueTiming, ExampleRequest, Phase
-from controller.shared.protocol.messages import Command, Contact, Perform
+from controller.shared.cues import NULL_LABEL, CueSession, CueTiming, ExampleRequest, Phase
+from controller.shared.protocol.messages import Command, Contact
 from controller.shared.protocol.teaching import Record, RecordLabel
 from host.app.screens.teach.page import Course, TeachPage
 from host.ui import ghost, naming, sprites
@@ -21,7 +21,6 @@ _LONGEST_S: Final = 0.1  # time that one picture may bring: cues wait while noth
 _TARGET_MM: Final = (2.0, 6.0)  # depth and radius of the finger that shows where to touch
 _DOWN_S: Final = 0.45  # of a showing of the ghost, when its fingers come down
 _QUIET_S: Final = 0.8  # after leaving, in which the last gesture may still be recognised
-_LIFT: Final = Perform(0, "", 0.0, 0.0)
 _WORDS: Final = {Phase.GET_READY: "ready", Phase.GO: "go", Phase.REST: "rest", Phase.DONE: "rest"}
 
 
@@ -34,18 +33,15 @@ class RecordPage(TeachPage):
         paused: Whether time stands still, by choice or after examples without a touch.
     """
 
-    def __init__(
-        self, course: Course, asks: Sequence[ExampleRequest], seed: int, *, by_hand: bool = False
-    ) -> None:
-        """Begin a recording; `by_hand`: the virtual orb's own hand follows the cues."""
-        self._rng, self._by_hand = np.random.default_rng(seed), by_hand
-        self._session = CueSession(asks, TIMING, self._rng)
+    def __init__(self, course: Course, asks: Sequence[ExampleRequest], seed: int) -> None:
+        """Begin a recording, which the seed times."""
+        self._session = CueSession(asks, TIMING, np.random.default_rng(seed))
         self._session.advance(0.0, felt=False)
         self.cue, self.count, self.paused = self._session.at(0.0), len(asks), False
         self._now_s = self._phase_s = 0.0  # time of the cues; when the phase began
         self._missed = 0  # examples without a touch in a row
         self._begun = self._felt = False  # whether it records; whether it is touched
-        self._last_s, self._label, self._number = course.stage.time_s, NULL_LABEL, 0
+        self._last_s, self._label = course.stage.time_s, NULL_LABEL
         super().__init__(course)
         course.recording = None
         self.orb.send(Record(True))
@@ -104,18 +100,10 @@ class RecordPage(TeachPage):
         if label != self._label:
             self._label = label
             self.orb.send(RecordLabel(label))
-        if self.cue.phase is Phase.GO is not before.phase and self._by_hand:
-            self._perform(self.cue)
         self.orb.ghost = self._shown()
 
     def _place(self) -> tuple[float, float]:
         return self.cue.place or self.orb.state.pad.centre
-
-    def _perform(self, cue: Cue) -> None:
-        self._number += 1
-        stray = ("brush", "rest")[self._rng.integers(2)]
-        label = stray if cue.label == NULL_LABEL else cue.label
-        self.orb.send(Perform(self._number, label, *self._place()))
 
     def _shown(self) -> tuple[Contact, ...]:
         cue = self.cue
@@ -138,8 +126,6 @@ class RecordPage(TeachPage):
         self._leave()
 
     def _leave(self) -> None:
-        if self._by_hand:
-            self.orb.send(_LIFT)
         self.orb.ignore(_QUIET_S)
         super().leave()
 

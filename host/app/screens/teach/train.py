@@ -31,7 +31,7 @@ class TrainPage(TeachPage):
     """Counts the recorded sessions, records more, and begins the training."""
 
     def __init__(self, course: Course) -> None:
-        self._repetitions, self._by_hand, self._problem = REPETITIONS[1], False, ""
+        self._repetitions, self._problem = REPETITIONS[1], ""
         self._missing = trainer.missing()
         super().__init__(course)
 
@@ -50,9 +50,6 @@ class TrainPage(TeachPage):
         record, value = self._record if self._ready else None, f"{self._repetitions} ×"
         hint = words("train.record_hint", minutes=minutes)
         items = [self.item("train.record", record, value, step=self._turn, hint=hint)]
-        if self.orb.virtual:
-            value = words("teach.yes" if self._by_hand else "teach.no")
-            items.append(self.item("train.hand", self._toggle, value, step=self._toggle))
         obstacle = self._obstacle(sessions)
         value, hint = words("train.sessions", count=len(sessions)), words("train.train_hint")
         train = None if obstacle else self._train
@@ -83,16 +80,13 @@ class TrainPage(TeachPage):
         place = REPETITIONS.index(self._repetitions) + step
         self._repetitions = REPETITIONS[place % len(REPETITIONS)]
 
-    def _toggle(self, step: int = 1) -> None:
-        self._by_hand = not self._by_hand
-
     def _record(self) -> None:
         infos = self.orb.state.gestures
         located = [label for label, info in infos.items() if len(info.rules) > 1]
         seed = len(self.sessions)  # another order in each session
         labels = [label for label in (*infos, NULL_LABEL) for _ in range(self._repetitions)]
         asks = requests(labels, (*located, NULL_LABEL), self.orb.state.pad, Random(seed))
-        self.show(RecordPage(self.course, asks, seed, by_hand=self._by_hand))
+        self.show(RecordPage(self.course, asks, seed))
 
     def _train(self) -> None:
         folder, out = data_folder() / "training", data_folder() / "bundles" / "trained.orb"

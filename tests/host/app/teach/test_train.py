@@ -15,7 +15,6 @@ from controller.shared.protocol.messages import (
     IN_USE,
     Command,
     Message,
-    Perform,
     UploadOffer,
     UploadStatus,
 )
@@ -206,16 +205,6 @@ def test_presses_lie_all_over_the_dome_and_pinches_in_its_middle() -> None:
     for axis in (0, 1):
         assert min(place[axis] for place in presses) < pad.centre[axis] - 1.0
         assert max(place[axis] for place in presses) > pad.centre[axis] + 1.0
-
-
-def test_the_virtual_hand_follows_the_cues(window: Window) -> None:
-    window.choose("The orb's own hand")
-    page = recording(window)
-    example(window, page)
-    example(window, page)
-    made = [message.label for message in window.sent(Perform)]  # type: ignore[attr-defined]
-    assert len(made) == 2
-    assert {*made} <= {*LABELS[1:], "brush", "rest"}
 
 
 def test_the_orb_may_end_a_recording_or_refuse_it(window: Window) -> None:
