@@ -17,7 +17,8 @@ from pathlib import Path
 
 from controller import __version__
 from controller.cli import COMMANDS
-from controller.links import PRINT, LinkAwayError
+from controller.links import PRINT
+from controller.links.base import LinkAwayError
 from controller.runtime.assemble import Parts, RunOptions, open_device, prepare
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Handler, Loop, hurry

@@ -6,20 +6,10 @@ import importlib
 import importlib.util
 from typing import Any, Final
 
-from controller.links.base import Access, Link, LinkAwayError, LinkError
+from controller.links.base import Access, Link, LinkError
 from controller.shared import plugins
 from controller.shared.protocol.codec import ProtocolError
 from controller.shared.protocol.messages import Welcome
-
-__all__ = [
-    "PRINT",
-    "Access",
-    "Link",
-    "LinkAwayError",
-    "LinkError",
-    "module_of",
-    "open_link",
-]
 
 # Schemes of pyserial's URLs, and names of ports without one.
 _SERIAL: Final = ("", "socket", "rfc2217", "loop", "spy", "alt", "hwgrep", "cp2110")

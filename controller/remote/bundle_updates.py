@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Final, NamedTuple
 
 from controller.bundles.deploy.upload import UploadReceiver
 from controller.recognition.images.frames import Image
+from controller.remote.worker import Worker
 from controller.runtime.assemble import Parts
 from controller.runtime.device import Device
 from controller.runtime.loop import Handler
@@ -52,6 +52,7 @@ class BundleUpdater(Handler):
     Attributes:
         loaded: The bundle of the latest change.
         objection: Reason that nothing can be changed, a sentence; "" if it can.
+        busy: Whether a change is under way, or its outcome has not been polled yet.
     """
 
     loaded = Loaded()
@@ -72,14 +73,9 @@ class BundleUpdater(Handler):
         self.objection = upload.objection
         self._upload, self._install, self._learn = upload, install, learn
         self._load, self._exchange = load, exchange
-        self._thread: threading.Thread | None = None
-        self._outcome: Message | None = None
+        self._worker = Worker()
+        self.busy = False
         self._changed = False  # whether the latest change was made
-
-    @property
-    def busy(self) -> bool:
-        """Whether a change is under way, or its outcome has not been polled yet."""
-        return self._thread is not None
 
     def take(self, message: Message, device: Device) -> Sequence[Message] | None:
         """Return the answer to a part of an upload, or to a correction."""
@@ -88,22 +84,22 @@ class BundleUpdater(Handler):
         if not isinstance(message, UploadOffer | UploadChunk):
             return None
         answer = self._upload.take(message)
-        if self._upload.whole is not None and self._thread is None:
+        if self._upload.whole is not None and not self.busy:
             self.begin(partial(self._install, self._upload.whole), _status)
         return [answer]
 
     def poll(self, device: Device) -> Sequence[Message]:
         """Have the device take a changed bundle; return its description and the outcome."""
-        if self._thread is None or self._thread.is_alive():
+        outcome = self._worker.poll()
+        if not outcome:
             return ()
-        self._thread = None
+        self.busy = False
         if self._upload.whole is not None:  # else it was a correction
             self._upload.remove()
-        assert self._outcome is not None
         if not self._changed:
-            return [self._outcome]
+            return outcome
         self._exchange(self.loaded.parts, device)
-        return [*self.loaded.reports, self._outcome]
+        return [*self.loaded.reports, *outcome]
 
     def _correct(self, message: Correction, device: Device) -> UploadStatus:
         """Begin to learn the label of the latest images; return a status."""
@@ -117,13 +113,10 @@ class BundleUpdater(Handler):
 
     def begin(self, work: Callable[[], str], answer: Answer) -> None:
         """Begin a change that returns a sentence; `answer` makes the message of its outcome."""
-        arguments = work, answer
-        self._thread = threading.Thread(
-            target=self._do, args=arguments, name="updater", daemon=True
-        )
-        self._thread.start()
+        self.busy = True
+        self._worker.begin(lambda: [self._outcome(work, answer)])
 
-    def _do(self, work: Callable[[], str], answer: Answer) -> None:
+    def _outcome(self, work: Callable[[], str], answer: Answer) -> Message:
         self._changed = False
         try:
             text = work()
@@ -136,7 +129,7 @@ class BundleUpdater(Handler):
         except Exception as error:  # the host needs an answer in any case
             _log.exception("a bundle could not be taken into use")
             text = notice("crashed", type(error).__name__)
-        self._outcome = answer(self._changed, text)
+        return answer(self._changed, text)
 
 
 def _status(done: bool, text: str) -> Message:

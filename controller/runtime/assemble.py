@@ -21,7 +21,8 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.container import BundleError
 from controller.bundles.deploy.store import BundleStore
 from controller.bundles.inference.networks import Recognizer
-from controller.links import PRINT, Link, open_link
+from controller.links import PRINT, open_link
+from controller.links.base import Link
 from controller.recognition.images.frames import same_rate
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Pipeline

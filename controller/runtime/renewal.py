@@ -6,7 +6,7 @@ import logging
 from dataclasses import replace
 
 from controller.bundles.bundle import Bundle
-from controller.links import LinkError
+from controller.links.base import LinkError
 from controller.runtime.assemble import Parts, deployed, next_file, sensor_of, welcome_of
 from controller.runtime.device import Device
 from controller.shared.protocol.codec import ProtocolError

@@ -242,7 +242,7 @@ class Injector(Sender):
         left: list[str] = []
         for key in reversed(list(self._down)):
             try:
-                spare.release(key)
+                spare.set(key, down=False)
             except OSError:
                 left.append(key)
         self._down = dict.fromkeys(left)

@@ -60,7 +60,7 @@ class Watchdog:
             late = self._waiting or now_ms - sent_ms >= HANG_MS
             if key in self._keys and key not in self.down and not late:
                 self.down.append(key)  # first: a press that fails half-way is released, too
-                self._backend.press(key)
+                self._backend.set(key, down=True)
         return answer or (f"b {time_ms}" if command == "b" else "")
 
     def tick(self, now_ms: int) -> str:
@@ -90,7 +90,7 @@ class Watchdog:
 
     def _release(self, key: str) -> None:
         if key in self.down:
-            self._backend.release(key)
+            self._backend.set(key, down=False)
             self.down.remove(key)
 
 

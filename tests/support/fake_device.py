@@ -26,7 +26,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from controller.links import Link, open_link
+from controller.links import open_link
+from controller.links.base import Link
 from controller.shared.protocol import messages
 
 REAL_STEP_MS = 20

@@ -11,7 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from controller.links import Link, LinkError, open_link
+from controller.links import open_link
+from controller.links.base import Link, LinkError
 from controller.links.hid import HidLink
 from controller.shared.protocol.messages import COMMANDS, Command, State
 from tests.support.fake_device import welcome

@@ -27,17 +27,9 @@ class BackendError(TroubleError, OSError):
 class Backend(ABC):
     """A device that presses keys, named as in `controller.shared.keymap.key_names`."""
 
-    def press(self, key: str) -> None:
-        """Press a key; OSError if the system refuses it."""
-        self.set(key, down=True)
-
-    def release(self, key: str) -> None:
-        """Release a key, if it is down; OSError if the system refuses it."""
-        self.set(key, down=False)
-
     @abstractmethod
     def set(self, key: str, *, down: bool) -> None:
-        """Press or release a key."""
+        """Press a key, or release it if it is down; OSError if the system refuses it."""
 
     def close(self) -> None:  # noqa: B027
         """Close the device."""

@@ -40,6 +40,7 @@ from host.connection.bundle_upload import (
     BundleUpload,
 )
 from tests.support.loop_bench import Bench
+from tests.support.waiting import until
 
 DATA = np.random.default_rng(1).bytes(40 * PIECE + 123)
 WELCOME = Welcome(
@@ -161,9 +162,7 @@ def hand_over(clerk: BundleUpdater, data: bytes) -> UploadStatus:
     (answer,) = clerk.take(UploadChunk(0, data), device) or ()
     assert isinstance(answer, UploadStatus)
     assert answer.state == PROVING
-    assert clerk._thread is not None
-    clerk._thread.join()
-    (outcome,) = clerk.poll(device)
+    (outcome,) = until(lambda: clerk.poll(device))
     assert isinstance(outcome, UploadStatus)
     return outcome
 

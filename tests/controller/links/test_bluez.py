@@ -19,7 +19,8 @@ from tests.support.manual_host import HandMadeHost
 if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
-from controller.links import LinkError, open_link
+from controller.links import open_link
+from controller.links.base import LinkError
 from controller.links.rfcomm import RfcommLink
 from controller.shared.bluetooth.bluez import ADAPTER, DEVICE, SERIAL_PATH, SERVICE_UUID
 from controller.shared.protocol.messages import Bye, Command, Hello, State, Welcome

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from controller.links import LinkError, open_link
+from controller.links import open_link
+from controller.links.base import LinkError
 from controller.links.bluetooth.hid import hosts
 from controller.links.bluetooth.hid.hosts import StoredHosts
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard

@@ -20,7 +20,8 @@ from urllib.parse import urlsplit
 import pytest
 import serial
 
-from controller.links import Link, LinkError, open_link
+from controller.links import open_link
+from controller.links.base import Link, LinkError
 from controller.links.byte_link import REQUESTS
 from controller.links.listen import PEERS, ListenLink
 from controller.links.serial_port import PortLink

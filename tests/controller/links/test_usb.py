@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from controller.links import LinkError, open_link, usb
+from controller.links import open_link, usb
+from controller.links.base import LinkError
 from controller.links.bluetooth.hid.reports import (
     GAMEPAD,
     KEYBOARD,

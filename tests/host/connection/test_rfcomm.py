@@ -18,7 +18,8 @@ if sys.platform != "linux":
 
 
 from controller.cli import pair
-from controller.links import LinkError, open_link
+from controller.links import open_link
+from controller.links.base import LinkError
 from controller.shared import errors
 from controller.shared.bluetooth import bluez
 from host.connection import rfcomm

@@ -64,8 +64,8 @@ def test_keyboard_is_made_with_all_its_keys_and_then_created(device: Path) -> No
 def test_key_goes_down_and_up_as_events_of_the_kernel(device: Path) -> None:
     kernel = Kernel()
     keyboard = Uinput("keyboard", str(device), kernel)
-    keyboard.press("a")
-    keyboard.release("a")
+    keyboard.set("a", down=True)
+    keyboard.set("a", down=False)
     keyboard.close()
     assert events(device) == [(1, 30, 1), (0, 0, 0), (1, 30, 0), (0, 0, 0)]
     assert kernel.asked[-1] == (0x5502, 0)  # UI_DEV_DESTROY
@@ -80,11 +80,11 @@ def test_pad_has_buttons_a_hat_and_sticks_with_their_ends(device: Path) -> None:
     setups = [struct.unpack("@H2x6i", s) for s in kernel.values(0x401C5504) if isinstance(s, bytes)]
     assert (0x10, 0, -1, 1, 0, 0, 0) in setups
     assert (0, 0, -32767, 32767, 0, 0, 0) in setups
-    pad.press("pad_a")
-    pad.press("pad_left")
-    pad.press("pad_right")
-    pad.release("pad_left")  # the other direction stays
-    pad.release("pad_right")
+    pad.set("pad_a", down=True)
+    pad.set("pad_left", down=True)
+    pad.set("pad_right", down=True)
+    pad.set("pad_left", down=False)  # the other direction stays
+    pad.set("pad_right", down=False)
     told = [event for event in events(device) if event != (0, 0, 0)]
     assert told == [(1, 0x130, 1), *((3, 0x10, value) for value in (-1, 1, 1, 0))]
 
@@ -130,16 +130,16 @@ def test_windows_gets_scan_codes_with_the_extended_flag_where_it_belongs() -> No
         return 1
 
     keyboard = windows.Windows(send)
-    keyboard.press("a")
-    keyboard.release("a")
-    keyboard.press("left")
-    keyboard.press("rctrl")
+    keyboard.set("a", down=True)
+    keyboard.set("a", down=False)
+    keyboard.set("left", down=True)
+    keyboard.set("rctrl", down=True)
     assert sent == [(0, 30, 8), (0, 30, 10), (0, 0x4B, 9), (0, 0x1D, 9)]
 
 
 def test_windows_that_takes_nothing_is_told() -> None:
     with pytest.raises(BackendError, match="administrator"):
-        windows.Windows(lambda one: 0).press("a")
+        windows.Windows(lambda one: 0).set("a", down=True)
 
 
 class Pynput:
@@ -161,15 +161,15 @@ class Pynput:
 def test_x11_gets_key_symbols_and_macos_key_codes() -> None:
     fake: Any = Pynput()
     for keyboard in (by_pynput.X11(fake, fake), by_pynput.MacOS(fake, fake)):
-        keyboard.press("left")
-        keyboard.release("left")
+        keyboard.set("left", down=True)
+        keyboard.set("left", down=False)
     assert fake.done == [(w, c) for c in (0xFF51, 0x7B) for w in ("press", "release")]
 
 
 def test_key_that_macos_does_not_have_is_one_sentence() -> None:
     fake: Any = Pynput()
     with pytest.raises(BackendError, match="macOS has no key 'insert'"):
-        by_pynput.MacOS(fake, fake).press("insert")
+        by_pynput.MacOS(fake, fake).set("insert", down=True)
 
 
 @pytest.mark.parametrize("back_end", [by_pynput.X11, by_pynput.MacOS])
@@ -177,7 +177,7 @@ def test_whatever_pynput_raises_is_one_sentence(back_end: Any) -> None:
     fake: Any = Pynput()
     fake.release = lambda code: 1 / 0
     with pytest.raises(BackendError, match="does not press left: division by zero"):
-        back_end(fake, fake).release("left")
+        back_end(fake, fake).set("left", down=False)
 
 
 @pytest.mark.parametrize("name", ["x11", "windows", "macos"])

@@ -1,6 +1,6 @@
 """Classic HID: refused beside the input plugin, then a gamepad and a keyboard for the kernel."""
 
-from controller.links import LinkError
+from controller.links.base import LinkError
 
 from ..guest import CaseError, Guest
 from ..hid import orb, play

@@ -8,7 +8,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from controller.links import LinkError, open_link
+from controller.links import open_link
+from controller.links.base import LinkError
 from controller.links.usb import UsbLink
 from controller.shared.protocol.messages import State
 from tests.support.fake_device import welcome

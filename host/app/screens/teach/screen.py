@@ -1,6 +1,5 @@
 """First page of Teach: the gestures in use, and what can be done with them."""
 
-from collections.abc import Iterable
 from functools import partial
 from typing import Final
 
@@ -36,22 +35,6 @@ _BY_POINTER: Final = ("swipe", "double_tap", "circle")  # proposed names of gest
 _BY_HAND: Final = ("squeeze", "knock")  # those that take more than one finger
 _NULL: Final = "null"
 _FIRST: Final = 1  # number of the first gesture's item
-
-
-def plan_of(gesture: GestureInfo) -> Learn:
-    """Return the plan to teach a gesture anew with its command."""
-    return _plan(gesture.label, gesture.rules[0].command if gesture.rules else "")
-
-
-def new_plan(label: str, gestures: Iterable[GestureInfo]) -> Learn:
-    """Return the plan of a new gesture, for a command that none of the others has."""
-    reachable = {rule.command for one in gestures for rule in one.rules}
-    free = [name for name in ("hold", *COMMANDS) if name not in reachable]
-    return _plan(label, free[0] if free else "hold")
-
-
-def _plan(label: str, command: str) -> Learn:
-    return Learn(label, command, "none", False, "")
 
 
 class TeachScreen(TeachPage):
@@ -110,18 +93,27 @@ class TeachScreen(TeachPage):
             self._said = self.words("teach.known", name=naming.gesture(self.words, label))
             return
         if known:
-            self.ask("teach.replace", label, lambda: self._teach(plan_of(known)))
+            self.ask("teach.replace", label, lambda: self._relearn(known))
         else:
-            self._teach(new_plan(label, self.orb.state.gestures.values()))
+            self._teach(label, self._free_command())
 
-    def _teach(self, plan: Learn) -> None:
-        self.show(GesturePage(self.course, plan))
+    def _free_command(self) -> str:
+        """Return a command that no gesture has."""
+        gestures = self.orb.state.gestures.values()
+        reachable = {rule.command for one in gestures for rule in one.rules}
+        return next((name for name in ("hold", *COMMANDS) if name not in reachable), "hold")
+
+    def _relearn(self, one: GestureInfo) -> None:
+        self._teach(one.label, one.rules[0].command if one.rules else "")
+
+    def _teach(self, label: str, command: str) -> None:
+        self.show(GesturePage(self.course, Learn(label, command, "none", False, "")))
 
     def _change(self, one: GestureInfo) -> None:
         words, forget = self.words, partial(self.lessons.change, Forget(one.label))
         title = words("teach.change_command")
         choices: list[tuple[str, Do]] = [
-            (words("teach.relearn"), lambda: self._teach(plan_of(one))),
+            (words("teach.relearn"), partial(self._relearn, one)),
             (title, lambda: self.show(command_page(self.course, title, one.label))),
             (words("teach.remove"), partial(self.ask, "teach.sure_remove", one.label, forget)),
         ]
