@@ -15,13 +15,13 @@ from functools import partial
 
 from controller.links.base import KeyLink, LinkAwayError
 from controller.links.bluetooth.hid import held_keys, hosts
+from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.shared.bluetooth import bluez
 from controller.shared.bluetooth.bluez import BluetoothError
 from controller.shared.errors import how_to_install
-from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Message, Welcome
 
 CLASSIC = "classic"
@@ -32,21 +32,19 @@ log = logging.getLogger(__name__)
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
     """Register the HID device; LinkError or KeyMapError if that is not possible."""
     form = "hid: or hid:classic, then an adapter as in hid:classic,hci1"
-    device, keys = held_keys.parse(url, form)
+    device, keys = held_keys.parse(url, form, welcome)
     first, _, second = device.partition(",")
     classic = first == CLASSIC
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome, second if classic else device, classic=classic)
+    return HidLink(keys, welcome.name, second if classic else device, classic=classic)
 
 
 class HidLink(KeyLink, BluetoothLink):
     """Link to one bonded host at a time, over an encrypted connection."""
 
-    def __init__(
-        self, keys: KeyMap, welcome: Welcome, adapter: str, *, classic: bool = False
-    ) -> None:
-        """Register with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
+    def __init__(self, keys: HeldKeys, name: str, adapter: str, *, classic: bool = False) -> None:
+        """Register the name with BlueZ, on an adapter ("": the first); LinkError if it refuses."""
         super().__init__()
         self._closed = threading.Event()
         place = hosts.place()
@@ -55,11 +53,9 @@ class HidLink(KeyLink, BluetoothLink):
             HostSelection(hosts.recall(place), time.monotonic()),
             notify=self._report_host,
             store=partial(hosts.remember, place),
-            rate_hz=welcome.rate_hz,
-            grid=(welcome.rows, welcome.columns),
         )
         self._registration = RegistrationThread(
-            _transport(self._device, welcome.name, classic=classic), adapter
+            _transport(self._device, name, classic=classic), adapter
         )
         try:
             self._registration.start()

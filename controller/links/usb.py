@@ -24,7 +24,6 @@ from controller.links.bluetooth.hid import held_keys, reports
 from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.reports import GAMEPAD, KEYBOARD, RELEASED, Report, supersedes
 from controller.shared.errors import reason
-from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Message, Welcome
 from controller.shared.request_queue import RequestQueue
 
@@ -38,31 +37,22 @@ log = logging.getLogger(__name__)
 
 def create(url: str, welcome: Welcome, access: object) -> UsbLink:
     """Create the gadget; LinkError or KeyMapError if that is not possible."""
-    udc, keys = held_keys.parse(url, "usb:, then a name in /sys/class/udc if there are several")
-    grid = welcome.rows, welcome.columns
-    return UsbLink(keys, Gadget(welcome.name, udc), welcome.rate_hz, grid)
+    form = "usb:, then a name in /sys/class/udc if there are several"
+    udc, keys = held_keys.parse(url, form, welcome)
+    return UsbLink(keys, Gadget(welcome.name, udc))
 
 
 class UsbReports:
-    """Held keys and the reports that wait to be written; pure, with explicit time.
+    """Reports of held keys that wait to be written; pure, with explicit time.
 
     Attributes:
         ready: Whether a host reads reports; it was sent the release of all keys first.
     """
 
-    def __init__(
-        self,
-        key_map: KeyMap,
-        write: Callable[[Report], None],
-        rate_hz: float = 40.0,
-        grid: tuple[int, int] = (5, 5),
-    ) -> None:
-        """Begin without a host; `write` raises BlockingIOError while one does not read.
-
-        The device has `rate_hz` frames a second, of (rows, columns).
-        """
+    def __init__(self, keys: HeldKeys, write: Callable[[Report], None]) -> None:
+        """Begin without a host; `write` raises BlockingIOError while one does not read."""
         self.ready = False
-        self._keys = HeldKeys(key_map, rate_hz, grid)
+        self._keys = keys
         self._queue: list[Report] = []
         self._blocked_s: dict[int, float] = {}  # since when, by report id
         self._write = write
@@ -131,19 +121,13 @@ class UsbReports:
 class UsbLink(KeyLink):
     """Link to the one host at the USB port, connected while it reads reports."""
 
-    def __init__(
-        self,
-        keys: KeyMap,
-        gadget: Gadget,
-        rate_hz: float = 40.0,
-        grid: tuple[int, int] = (5, 5),
-    ) -> None:
+    def __init__(self, keys: HeldKeys, gadget: Gadget) -> None:
         """Use a gadget until `close`, in a thread."""
         super().__init__()
         self._messages: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         self._gadget = gadget
-        self._reports = UsbReports(keys, gadget.write, rate_hz, grid)
+        self._reports = UsbReports(keys, gadget.write)
         self._thread = threading.Thread(target=self._run, name="usb", daemon=True)
         self._thread.start()
 

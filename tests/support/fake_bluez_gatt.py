@@ -26,6 +26,7 @@ from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
 
+from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import OUTPUTS
@@ -92,7 +93,10 @@ class HidTable:
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS), hosts, notify=self._tell, store=self.remembered.append
+            HeldKeys(load(Path(mapping), OUTPUTS)),
+            hosts,
+            notify=self._tell,
+            store=self.remembered.append,
         )
         self._changed = asyncio.Event()
         self._seen = 0

@@ -25,6 +25,7 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
+from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, REPORTS, HidChannels, record
@@ -70,7 +71,10 @@ class ClassicOrb(HidTransport):
         self.told: list[str] = []  # addresses of active hosts, one after the other
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            load(Path("gamepad"), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
+            HeldKeys(load(Path("gamepad"), OUTPUTS)),
+            hosts,
+            notify=self.told.append,
+            store=lambda known: None,
         )
         super().__init__(self.pad, "OrbTouch")
         self.pad.open(self)

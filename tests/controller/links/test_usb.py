@@ -13,6 +13,7 @@ import pytest
 
 from controller.links import open_link, usb
 from controller.links.base import LinkError
+from controller.links.bluetooth.hid.held_keys import HeldKeys
 from controller.links.bluetooth.hid.reports import (
     GAMEPAD,
     KEYBOARD,
@@ -108,7 +109,7 @@ class Host:
 
 def test_a_host_is_sent_the_release_of_all_keys_before_any_press() -> None:
     host = Host()
-    orb = UsbReports(PAD, host.write)
+    orb = UsbReports(HeldKeys(PAD), host.write)
     orb.take(LEFT, 0.0)  # nobody is there
     orb.step(0.0, configured=False)
     assert not orb.ready
@@ -125,7 +126,7 @@ def test_a_host_is_sent_the_release_of_all_keys_before_any_press() -> None:
 @pytest.mark.parametrize("gone", [errno.ESHUTDOWN, errno.ENODEV])
 def test_a_host_that_comes_back_gets_nothing_of_before(gone: int) -> None:
     host = Host()
-    orb = UsbReports(PAD, host.write)
+    orb = UsbReports(HeldKeys(PAD), host.write)
     orb.step(0.0, configured=True)
     host.errors = {GAMEPAD: gone}
     orb.take(LEFT, 0.1)
@@ -141,7 +142,7 @@ def test_a_host_that_comes_back_gets_nothing_of_before(gone: int) -> None:
 def test_an_interface_that_is_not_read_holds_nothing_up_and_keeps_no_presses() -> None:
     """Firmware reads the keyboard only; a sleeping host reads nothing for a while."""
     host = Host()
-    orb = UsbReports(PAD, host.write)
+    orb = UsbReports(HeldKeys(PAD), host.write)
     orb.step(0.0, configured=True)
     host.heard()
     host.errors = {GAMEPAD: errno.EAGAIN}
@@ -156,7 +157,7 @@ def test_an_interface_that_is_not_read_holds_nothing_up_and_keeps_no_presses() -
 
 def test_the_newest_contact_alone_waits_for_a_host_that_does_not_read() -> None:
     host = Host()
-    orb = UsbReports(PAD, host.write)
+    orb = UsbReports(HeldKeys(PAD), host.write)
     orb.step(0.0, configured=True)
     host.heard()
     host.errors = {GAMEPAD: errno.EAGAIN}
@@ -173,7 +174,7 @@ def test_the_newest_contact_alone_waits_for_a_host_that_does_not_read() -> None:
 def test_a_held_key_goes_up_when_the_loop_stands_still(rate_hz: float, release_s: float) -> None:
     host = Host()
     hold = '[profile.a]\nleft = { key = "left", mode = "hold" }\n'
-    orb = UsbReports(keymap.parse(tomllib.loads(hold), OUTPUTS), host.write, rate_hz)
+    orb = UsbReports(HeldKeys(keymap.parse(tomllib.loads(hold), OUTPUTS), rate_hz), host.write)
     orb.step(0.0, configured=True)
     orb.take(LEFT, 0.1)
     orb.take(State(("left",)), 0.1)
@@ -187,7 +188,7 @@ def test_a_held_key_goes_up_when_the_loop_stands_still(rate_hz: float, release_s
 
 def test_a_fault_of_the_kernel_is_no_missing_host() -> None:
     host = Host()
-    orb = UsbReports(PAD, host.write)
+    orb = UsbReports(HeldKeys(PAD), host.write)
     host.errors = {GAMEPAD: errno.EIO}
     with pytest.raises(OSError, match="kernel"):
         orb.step(0.0, configured=True)
@@ -271,7 +272,7 @@ def test_what_is_missing_is_said_in_a_sentence(kernel: Kernel, tmp_path: Path) -
 
 def test_the_link_follows_its_host_and_releases_at_the_end(kernel: Kernel) -> None:
     kernel.plug("not attached")
-    link = UsbLink(KEYS, kernel.open())
+    link = UsbLink(HeldKeys(KEYS), kernel.open())
     link.send(LEFT, 0)
     assert link.dropped == 1
     kernel.plug("configured")

@@ -24,6 +24,7 @@ from controller.shared.protocol.messages import (
     Message,
     State,
     Telemetry,
+    Welcome,
     hold_ms,
 )
 
@@ -102,8 +103,8 @@ class HeldKeys(KeyState):
         return RELEASED
 
 
-def parse(url: str, form: str) -> tuple[str, KeyMap]:
-    """Return the device that a URL names, "" for the first one, and the mapping.
+def parse(url: str, form: str, welcome: Welcome) -> tuple[str, HeldKeys]:
+    """Return the device that a URL names, "" for the first one, and the keys of its mapping.
 
     LinkError if the URL has not the `form`, as text; KeyMapError if the mapping cannot be used.
     """
@@ -111,4 +112,5 @@ def parse(url: str, form: str) -> tuple[str, KeyMap]:
     options = dict(parse_qsl(query, keep_blank_values=True))
     if "/" in device or set(options) - {"keys"}:
         raise LinkError(f"cannot understand {url}; write {form}, ?keys=FILE (orbtouch docs hid)")
-    return device, keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
+    key_map = keymap.load(Path(options.get("keys", "gamepad")), OUTPUTS)
+    return device, HeldKeys(key_map, welcome.rate_hz, (welcome.rows, welcome.columns))

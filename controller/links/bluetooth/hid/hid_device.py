@@ -15,7 +15,6 @@ from controller.links.bluetooth.hid.hosts import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import Report
 from controller.links.bluetooth.registration import Registration
 from controller.shared.bluetooth.bluez import DEVICE, Properties
-from controller.shared.keymap.keymap import KeyMap
 from controller.shared.protocol.messages import Message
 
 log = logging.getLogger(__name__)
@@ -26,21 +25,18 @@ class HidDevice:
 
     def __init__(
         self,
-        key_map: KeyMap,
+        keys: HeldKeys,
         hosts: HostSelection,
         *,
         notify: Callable[[str], None],
         store: Callable[[StoredHosts], None],
-        rate_hz: float = 40.0,
-        grid: tuple[int, int] = (5, 5),
     ) -> None:
-        """Prepare the device, of so many frames a second and a grid; `hosts` has the loop's clock.
+        """Prepare the device; `hosts` has the loop's clock.
 
         `notify` is called with the address of a new active host, "" if there is none; `store` with
         the hosts to store for the next run.
         """
-        self.keys = HeldKeys(key_map, rate_hz, grid)
-        self.hosts = hosts
+        self.keys, self.hosts = keys, hosts
         self._waiting: list[Report] = []
         self._notify = notify
         self._store = store
