@@ -76,7 +76,9 @@ class OrbApp(Orb):
         self._behind = False  # whether another window has the focus
         self.dock = Dock.of(SIZE)
         self._guides = Guides(
-            self, play=lambda: self.game.play(), go_on=lambda past: self.game.go_on(past)
+            self,
+            play=lambda: self.game.flow.play(self.game.flow.mode),
+            go_on=lambda past: self.game.flow.go_on(past),
         )
         self.game = App(
             pygame.Surface(self.dock.game.size),

@@ -10,7 +10,6 @@ import pygame
 
 from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
-from tetris.history.replay import Recorder
 from tetris.kit import settings as settings_file
 from tetris.kit.display import open_window, set_fullscreen, show_icon
 from tetris.kit.menu import Item
@@ -72,6 +71,7 @@ class App:
     """The whole window, without a clock: each frame passes the time.
 
     Attributes:
+        flow: Begins games.
         changed: Where the last picture differs from the one before; None for everywhere.
     """
 
@@ -102,24 +102,20 @@ class App:
         if items is not None:
             self.stage.mode_setting = "orb_mode"
             self.stage.further = partial(items, self.stage)
-        self._flow = ScreenFlow(self.stage, Saves(data))
+        self.flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._window: tuple[tuple[int, int], tuple[int, int] | None] = _SIZE, None  # size, place
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()
         if sound:
             self.stage.sounds.start()
-        self._flow.begin(start)
+        self.flow.begin(start)
         self._obey_fullscreen()
 
     @property
     def game(self) -> Game | None:
         """The game played last; None before the first."""
-        return self._flow.game
-
-    def play(self) -> None:
-        """Begin a game of the chosen mode."""
-        self._flow.play(self._flow.mode)
+        return self.flow.game
 
     @property
     def frames_hz(self) -> int:
@@ -173,10 +169,6 @@ class App:
         if self.stage.screen is not None:
             self.stage.screen.hold(held, repeats, self.stage.time_s)
 
-    def go_on(self, recorder: Recorder) -> None:
-        """Let the player go on with a game that was recorded so far; it is not ranked."""
-        self._flow.go_on(recorder)
-
     def _take(self, event: pygame.event.Event, time_s: float) -> None:
         stage, screen = self.stage, self.stage.screen
         assert screen
@@ -191,7 +183,7 @@ class App:
             case pygame.KEYDOWN if event.key == pygame.K_F11:
                 stage.change(stepped(stage.settings, "fullscreen", 1))
             case pygame.KEYDOWN if event.key == pygame.K_F1:
-                self._flow.toggle_help()
+                self.flow.toggle_help()
             case pygame.KEYDOWN:
                 screen.press(event.key, time_s)
             case pygame.KEYUP:

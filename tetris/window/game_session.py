@@ -8,16 +8,26 @@ from typing import Final
 
 from tetris.bots import greedy
 from tetris.bots.greedy import Planner
-from tetris.engine.events import Action, Event, Finish, Input, Restarted, Spawned, ToppedOut
+from tetris.engine.events import (
+    Action,
+    Event,
+    Finish,
+    Input,
+    Locked,
+    Restarted,
+    Spawned,
+    ToppedOut,
+    Undone,
+)
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import Mode, Pace, pace_of
 from tetris.engine.pieces import Piece
 from tetris.history.high_scores import Entry, HighScores
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import SUFFIX, ReplayError, save
-from tetris.history.stats import COMMANDS, Statistics
 from tetris.kit.settings import Settings
 
+COMMANDS: Final = frozenset(Action) - {Action.PAUSE, Action.RESTART, Action.UNDO}
 _FOLDER: Final = "replays"
 _MOST: Final = 1000  # replays kept; a few kilobytes each
 _LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
@@ -28,7 +38,7 @@ class Session:
     """A game of a mode.
 
     Attributes:
-        statistics: The player's figures so far.
+        commands: Number of `COMMANDS` that the player gave.
         pace: Sets the gravity of a mode that is paced; else None.
     """
 
@@ -36,7 +46,8 @@ class Session:
         """Play on with a recorder; its time begins with the first update, if it has not begun."""
         self.mode, self.recorder = mode, recorder
         self.ranked = not recorder.begun  # whether it counts for the best list
-        self.statistics = Statistics()
+        self.commands = 0
+        self._clears: list[str] = []  # name of the clear of each lock; "" for a plain lock
         self.pace = Pace() if mode.paced else None
         self._fresh = True  # whether a piece has entered since the last update
         if recorder.begun:
@@ -46,7 +57,7 @@ class Session:
             given = [each for moment in past.replay.moments for each in moment.inputs]
             # Repeats of a held key are counted, too: a recording does not tell them apart.
             commands = sum(each in COMMANDS for each in given)
-            self.statistics.update(past.first_events + past.advance(past.end_s), commands)
+            self._count(past.first_events + past.advance(past.end_s), commands)
 
     @classmethod
     def new(
@@ -62,6 +73,16 @@ class Session:
     def game(self) -> Game:
         """The game."""
         return self.recorder.game
+
+    @property
+    def commands_per_piece(self) -> float:
+        """Commands for each piece; 0 before the first."""
+        return self.commands / len(self._clears) if self._clears else 0.0
+
+    @property
+    def grand_clears(self) -> int:
+        """Number of tetrises and T-spins."""
+        return sum(name == "tetris" or "t-spin" in name for name in self._clears)
 
     def update(
         self,
@@ -80,11 +101,23 @@ class Session:
         if self.pace:
             inputs += self._paced(self.pace, time_s, actions, commands)
         events = self.recorder.update(time_s, inputs, soft_drop=soft_drop, initial=tuple(initial))
-        self.statistics.update(events, commands)
+        self._count(events, commands)
         self._fresh = any(isinstance(event, Spawned) for event in events)
         if self.pace and any(isinstance(event, Restarted) for event in events):
             self.pace = Pace()
         return events
+
+    def _count(self, events: Sequence[Event], commands: int) -> None:
+        for event in events:
+            match event:
+                case Locked(clear=clear):
+                    self._clears.append(clear.name)
+                case Undone() if self._clears:
+                    self._clears.pop()
+                case Restarted():
+                    self._clears.clear()
+                    self.commands = 0
+        self.commands += commands
 
     def _paced(
         self, pace: Pace, time_s: float, actions: Sequence[Action], commands: int

@@ -299,7 +299,7 @@ def _named(path: Path, words: Words) -> tuple[str, str, Ranking]:
 
 def result_rows(session: Session, words: Words) -> list[Row]:
     """Return the player's figures, what the mode is about first."""
-    game, statistics = session.game, session.statistics
+    game = session.game
     values = {
         "score": f"{game.score:,}",
         "time_s": clock(game.time_s),
@@ -307,8 +307,8 @@ def result_rows(session: Session, words: Words) -> list[Row]:
         "level": f"{game.level}",
         "pieces": f"{game.pieces_placed:,}",
         "pieces_per_s": f"{game.pieces_per_s:.2f}",
-        "commands_per_piece": f"{statistics.commands_per_piece:.2f}",
-        "grand": f"{statistics.grand_clears}",
+        "commands_per_piece": f"{session.commands_per_piece:.2f}",
+        "grand": f"{session.grand_clears}",
     }
     if game.row_us:
         del values["level"]

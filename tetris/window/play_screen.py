@@ -304,7 +304,7 @@ class PlayScreen(Screen):
             self._stage.settings.figures,
             by_time=mode.ranking == "time",
             rate_hz=pace.rate_hz if pace else None,
-            commands_per_piece=self.session.statistics.commands_per_piece,
+            commands_per_piece=self.session.commands_per_piece,
         )
         self._view.place(self._stage.area, self._stage.look)
         changed = self._view.draw(

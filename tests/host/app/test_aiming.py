@@ -50,7 +50,7 @@ def test_all_steps_of_a_touch_are_one_command() -> None:
     screen = window.app.stage.screen
     Finger(window).hold(0.4, 0.0, 8.0)
     assert window.app.game.game is not None
-    assert screen.session.statistics.commands == 1  # type: ignore[union-attr]
+    assert screen.session.commands == 1  # type: ignore[union-attr]
 
 
 def test_a_press_gives_no_command_where_the_orb_gives_contacts() -> None:

@@ -18,7 +18,7 @@ class Watching(Window):
     def __init__(self) -> None:
         super().__init__()
         self.pass_s(0.1, FELT)
-        self.watch = WatchScreen(self.app.stage, self.app, self.app.game.go_on)
+        self.watch = WatchScreen(self.app.stage, self.app, self.app.game.flow.go_on)
         self.app.stage.push(self.watch)
 
     def wished(self) -> Perform:

@@ -234,7 +234,7 @@ def test_the_bot_plays_every_mode_to_be_watched(window: pygame.Surface, mode: st
 def test_a_level_without_a_mode_chooses_a_mode_with_levels(window: pygame.Surface) -> None:
     app = App(window, Start(), sound=False)
     app.stage.change(Settings(mode="sprint"))
-    app._flow.begin(Start(level=7))
+    app.flow.begin(Start(level=7))
     screen = app.stage.screen
     assert isinstance(screen, PlayScreen)
     assert (screen.session.mode.name, screen.session.game.level) == ("marathon", 7)
@@ -315,7 +315,7 @@ def test_a_turn_tapped_before_a_piece_enters_turns_it(
 ) -> None:
     player = open_app(window, Start(mode="zen"))
     player.app.stage.change(Settings(initial=kind))
-    player.app.go_on(Recorder(3, Config(generation_delay_s=0.3), "zen"))
+    player.app.flow.go_on(Recorder(3, Config(generation_delay_s=0.3), "zen"))
     player.wait(READY_S + 0.5)
     player.key(pygame.K_SPACE)
     assert not player.game.session.game.in_play
@@ -395,7 +395,7 @@ def test_shift_held_at_the_wall_is_one_input(window: pygame.Surface, arr_ms: int
     for screen, x, commands in ((held, 0, 2), (tapped, 1, 3)):
         locked = screen.session.game.board.rows[0]
         assert len(locked) - len(locked.lstrip(".")) == x
-        assert screen.session.statistics.commands == commands
+        assert screen.session.commands == commands
 
 
 def test_an_orb_marathon_falls_at_the_pace_of_a_quick_hand(window: pygame.Surface) -> None:
@@ -455,4 +455,4 @@ def test_repeats_of_a_held_key_are_no_commands(player: Player) -> None:
     screen = player.play()
     player.wait(0.5, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
     player.key(pygame.K_SPACE)
-    assert screen.session.statistics.commands == 2
+    assert screen.session.commands == 2

@@ -76,7 +76,7 @@ def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Pat
     session = Session(MODES["marathon"], player.take_over())
     while session.game.phase is Phase.RUNNING:
         session.update(session.recorder.time_s + 0.5, [Action.HARD_DROP], commands=1)
-    assert session.statistics.commands == session.game.pieces_placed
+    assert session.commands == session.game.pieces_placed
     saves = Saves(tmp_path)
     assert saves.keep(session).place is None
     (path,) = replays(tmp_path)

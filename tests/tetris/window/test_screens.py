@@ -302,7 +302,7 @@ def test_the_parts_that_changed_make_up_the_whole_picture(
     shown, chance, spared = window.copy(), random.Random(seed), 0
     for step in range(600):
         if step % 60 == 0 and not isinstance(player.screen, PlayScreen):
-            player.app.play()
+            player.app.flow.play(player.app.flow.mode)
         key, kind = chance.choice(KEYS), chance.choice([pygame.KEYDOWN, pygame.KEYUP])
         events = [pygame.event.Event(kind, key=key)] if step % 3 == 0 else []
         player.now_s += chance.choice([FRAME_S, 0.1])
