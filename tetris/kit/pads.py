@@ -1,7 +1,7 @@
 """Game pads: plugged in and out at any time, their events as named buttons.
 
-SDL knows most pads and gives their buttons the same names; one that it does not know is heard
-by its numbers (`pad_button3`), and can be bound all the same.
+SDL knows most pads and gives their buttons the same names; others are described to it by its
+variable SDL_GAMECONTROLLERCONFIG.
 """
 
 from collections.abc import Iterable
@@ -32,7 +32,6 @@ _AXES: Final = {  # below and above the middle
     pygame.CONTROLLER_AXIS_TRIGGERLEFT: ("", "pad_l2"),
     pygame.CONTROLLER_AXIS_TRIGGERRIGHT: ("", "pad_r2"),
 }
-_PLAIN_AXES: Final = {0: ("stick_left", "stick_right"), 1: ("stick_up", "stick_down")}
 _FULL: Final = 32768
 _PRESS: Final = 0.6  # of the way out; a stick that trembles between the two changes nothing
 _RELEASE: Final = 0.4
@@ -49,7 +48,7 @@ class Pads:
     """All pads at once. Feed it every event of pygame, and act on what it returns."""
 
     def __init__(self) -> None:
-        self._open: dict[int, controller.Controller | pygame.joystick.JoystickType] = {}
+        self._open: dict[int, controller.Controller] = {}
         self._held: dict[int, set[str]] = {}  # by pad
 
     def start(self) -> None:
@@ -76,25 +75,6 @@ class Pads:
             case pygame.CONTROLLERAXISMOTION:
                 names = _AXES.get(event.axis, ("", ""))
                 return self._lean(event.instance_id, names, event.value / _FULL)
-            case _:
-                return self._plain(event)
-        return []
-
-    def _plain(self, event: pygame.event.Event) -> list[Press]:
-        """Take an event of a pad whose layout SDL does not know; of a known one they are echoes."""
-        if isinstance(self._open.get(getattr(event, "instance_id", -1)), controller.Controller):
-            return []
-        match event.type:
-            case pygame.JOYBUTTONDOWN | pygame.JOYBUTTONUP:
-                down = event.type == pygame.JOYBUTTONDOWN
-                return self._set(event.instance_id, f"pad_button{event.button}", down)
-            case pygame.JOYHATMOTION:
-                x, y = event.value
-                across = self._lean(event.instance_id, ("pad_left", "pad_right"), x)
-                return across + self._lean(event.instance_id, ("pad_down", "pad_up"), y)
-            case pygame.JOYAXISMOTION:
-                names = _PLAIN_AXES.get(event.axis, ("", ""))
-                return self._lean(event.instance_id, names, event.value)
         return []
 
     def _plug_in(self, index: int) -> None:
@@ -102,9 +82,6 @@ class Pads:
             if controller.is_controller(index):
                 pad = controller.Controller(index)
                 self._open[pad.as_joystick().get_instance_id()] = pad
-            else:
-                plain = pygame.joystick.Joystick(index)
-                self._open[plain.get_instance_id()] = plain
         except pygame.error:
             return  # it was pulled out again before it could be opened
 

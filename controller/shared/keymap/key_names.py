@@ -54,11 +54,11 @@ PAD: Final[dict[str, int | Axis]] = {
 
 # Chords that end programs and sessions, or reach past the program that has the focus.
 DANGEROUS: Final = (
-    frozenset({"meta"}),
-    frozenset({"alt", "f4"}),
-    *(frozenset({"ctrl", "alt", f"f{n}"}) for n in range(1, 13)),
-    frozenset({"ctrl", "alt", "delete"}),
-    frozenset({"ctrl", "alt", "backspace"}),
+    ("meta",),
+    ("alt", "f4"),
+    *(("ctrl", "alt", f"f{n}") for n in range(1, 13)),
+    ("ctrl", "alt", "delete"),
+    ("ctrl", "alt", "backspace"),
 )
 _SIDES: Final = {"rctrl": "ctrl", "rshift": "shift", "altgr": "alt"}
 
@@ -72,13 +72,8 @@ def danger(keys: Collection[str], allowed: Collection[Chord]) -> str:
     """
     down = {_SIDES.get(key, key) for key in keys}
     for chord in DANGEROUS:
-        if chord <= down and not any(
-            chord <= {_SIDES.get(key, key) for key in one} >= down for one in allowed
+        if down.issuperset(chord) and not any(
+            set(chord) <= {_SIDES.get(key, key) for key in one} >= down for one in allowed
         ):
-            return "+".join(sorted(chord, key=_rank))
+            return "+".join(chord)
     return ""
-
-
-def _rank(key: str) -> tuple[int, str]:
-    order = ("ctrl", "alt", "meta")
-    return (order.index(key) if key in order else len(order), key)

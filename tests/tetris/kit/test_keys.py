@@ -259,14 +259,5 @@ def test_a_button_held_on_two_pads_comes_up_with_the_last() -> None:
     assert pads.take(button(False, pygame.CONTROLLER_BUTTON_A, pad=2)) == [Press("pad_a", False)]
 
 
-def test_a_pad_that_sdl_does_not_know_is_heard_by_its_numbers() -> None:
-    pads = Pads()
-    pressed = pygame.event.Event(pygame.JOYBUTTONDOWN, instance_id=5, button=7)
-    hat = pygame.event.Event(pygame.JOYHATMOTION, instance_id=5, hat=0, value=(-1, 0))
-    assert pads.take(pressed) == [Press("pad_button7", True)]
-    assert pads.take(hat) == [Press("pad_left", True)]
-    assert bindings.is_name("pad_button7")
-
-
 def test_events_of_other_devices_mean_nothing_to_pads() -> None:
     assert Pads().take(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_a)) == []

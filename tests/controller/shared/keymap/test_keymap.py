@@ -6,7 +6,7 @@ import pytest
 
 from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.shared.keymap import keymap
-from controller.shared.keymap.key_names import DANGEROUS, KEYS, PAD, danger
+from controller.shared.keymap.key_names import DANGEROUS, KEYS, PAD, Chord, danger
 from controller.shared.protocol.messages import COMMANDS
 from tests.support import ROOT
 
@@ -180,7 +180,7 @@ def test_dangerous_chord_that_is_allowed_can_be_pressed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("chord", DANGEROUS)
-def test_every_dangerous_chord_is_seen_whatever_lies_beside_it(chord: frozenset[str]) -> None:
+def test_every_dangerous_chord_is_seen_whatever_lies_beside_it(chord: Chord) -> None:
     assert danger(chord, ())
     assert danger({*chord, "x"}, ())
     assert danger({*chord, "x"}, [tuple(chord)])
