@@ -33,15 +33,8 @@ class Verb:
     name: str
     heading: str  # where the help lists it
     program: str  # module whose `main` runs it
-    told: str = ""  # line of help, from the program's own table; "": its module in `models` has it
+    purpose: str  # line of help, from the program's own table
     words: tuple[str, ...] = ()  # what the program calls it; (): what it does without a verb
-
-    @property
-    def purpose(self) -> str:
-        """A line of help."""
-        from models import cli
-
-        return self.told or str(cli.load(self.name).SUMMARY)
 
 
 def verbs() -> Iterator[Verb]:
@@ -62,8 +55,8 @@ def verbs() -> Iterator[Verb]:
         yield Verb(name, _READ, "orbtouch.pages", purpose, (name,))
     from models import cli
 
-    for name in cli.names():
-        yield Verb(name, _TRAIN, "models.__main__", words=(name,))
+    for name, purpose in cli.COMMANDS.items():
+        yield Verb(name, _TRAIN, "models.__main__", purpose, (name,))
 
 
 def find(name: str) -> Verb:

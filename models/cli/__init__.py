@@ -1,9 +1,8 @@
-"""The commands of the training machine: one file each, found by its name (`models NAME`).
+"""Command lines of the training machine, a module each; and the table of the commands.
 
-A command's file has
+A command's module has
 
-    SUMMARY      what it does, in a few words
-    DESCRIPTION  the same in sentences
+    DESCRIPTION  what it does, in sentences
     EXAMPLE      a first thing to try
     add(parser)  its options
     run(arguments) -> int  does it; the exit status
@@ -12,27 +11,20 @@ and imports at its top only what every machine has: PyTorch and the like inside 
 `models.cli._options.require`. A command that resumes after Ctrl-C sets the default `resumes`.
 """
 
-import importlib
-import pkgutil
+from importlib import import_module
 from types import ModuleType
+from typing import Final
 
-from controller.shared.errors import unknown_command
-
-
-def names() -> list[str]:
-    """Return the names of all commands, in alphabetical order."""
-    found = [module.name for module in pkgutil.iter_modules(__path__)]
-    return sorted(name for name in found if not name.startswith("_"))
+COMMANDS: Final = {  # name: purpose
+    "evaluate": "judge a bundle on sessions that it never saw",
+    "folds": "train and judge in folds: each person by a network that never saw them",
+    "paper": "repeat the paper's figures and its estimates of information",
+    "simulate": "write a data set of simulated sessions",
+    "sweep": "run many trainings: learning curves, cross-validation, grids",
+    "train": "make a bundle from recordings",
+}
 
 
 def load(name: str) -> ModuleType:
-    """Return a command's file."""
-    return importlib.import_module(f"{__name__}.{name}")
-
-
-def require(name: str) -> str:
-    """Return the name of a command; raise UserError, which names the nearest, if there is none."""
-    known = names()
-    if name in known:
-        return name
-    raise unknown_command("models", name, known)
+    """Return a command's module."""
+    return import_module(f"{__name__}.{name}")

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from controller import __version__
 from controller.shared import errors
 from controller.shared.arguments import Parser
-from controller.shared.errors import UserError
-from models import cli as commands
+from controller.shared.errors import UserError, unknown_command
+from models.cli import COMMANDS, load
 
 DESCRIPTION = "Make data, train the orb's networks on recordings, and judge bundles."
 EXAMPLE = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
@@ -64,16 +64,18 @@ def _noting() -> Iterator[list[int]]:
 
 def _parser(first: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser of the command that is named first, if any, else of all."""
-    names = commands.names()
+    names = list(COMMANDS)
     if first and not first[0].startswith("-"):
-        names = [commands.require(first[0])]
+        if first[0] not in COMMANDS:
+            raise unknown_command("models", first[0], COMMANDS)
+        names = [first[0]]
     parser = Parser(prog="models", description=DESCRIPTION, epilog=EXAMPLE)
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     listed = parser.add_subparsers(required=True, metavar="COMMAND")
     for name in names:
-        command = commands.load(name)
+        command = load(name)
         options = listed.add_parser(
-            name, help=command.SUMMARY, description=command.DESCRIPTION, epilog=command.EXAMPLE
+            name, help=COMMANDS[name], description=command.DESCRIPTION, epilog=command.EXAMPLE
         )
         options.set_defaults(run=command.run, resumes=False)
         command.add(options)

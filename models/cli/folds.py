@@ -15,7 +15,6 @@ from models.cli import sweep
 if TYPE_CHECKING:
     from models.studies.sweep.run import Sweep
 
-SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
     "Cross-validate on recordings of any sensor: in each fold CNN-3D, or CNN-2D, learns from all "
     "but some people and is judged on those, and so are trees on features. It is a sweep with "

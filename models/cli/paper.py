@@ -7,7 +7,6 @@ from typing import Final
 from controller.shared import errors
 from models.cli import _options as options
 
-SUMMARY: Final = "repeat the paper's figures and its estimates of information"
 DESCRIPTION: Final = (
     "Teach by a simulated user as in section 4.2 of the paper, train by both recipes on both "
     "presets, and draw figure 7; repeat section 6 and figure 9, correct it, and bound the "

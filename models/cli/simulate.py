@@ -9,7 +9,6 @@ from controller.shared import errors
 from controller.shared.arguments import number
 from models.cli import _options as options
 
-SUMMARY: Final = "write a data set of simulated sessions"
 DESCRIPTION: Final = (
     "Simulate users at play, with the truth beside every frame: a recording per user and session "
     "(orbtouch docs data). Interrupted, it goes on where it was."

@@ -16,7 +16,6 @@ from models.cli import _options as options
 if TYPE_CHECKING:
     from models.studies.sweep.run import Sweep
 
-SUMMARY: Final = "run many trainings: learning curves, cross-validation, grids"
 DESCRIPTION: Final = (
     "Train every combination of the axes in a TOML file (orbtouch docs sweeps), judge each on "
     "people or sessions that it never saw, and write results and a table. Runs on this machine's "

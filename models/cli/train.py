@@ -11,7 +11,6 @@ from controller.shared.arguments import whole
 from models.cli import _options as options
 from models.training.request import SIMULATED, Request
 
-SUMMARY: Final = "make a bundle from recordings"
 DESCRIPTION: Final = (
     "Read recordings of any grid, rate and labels, check them, hold some sessions out, train "
     "CNN-3D (gestures) and CNN-2D (where a press is), and write a bundle that proves itself, with "

@@ -57,9 +57,9 @@ def test_help_lists_every_verb_of_every_program_once_with_its_purpose(capsys: Ca
     assert main(["--help"]) == 0
     printed = capsys.readouterr().out
     listed = [line.split()[0] for line in printed.splitlines() if line.startswith("  ")]
-    names = {name for name in (*COMMANDS, *VERBS, *training.names()) if name}
+    names = {name for name in (*COMMANDS, *VERBS, *training.COMMANDS) if name}
     assert sorted(listed[:-2]) == sorted({*names, "play", "run", "tetris", "docs", "examples"})
-    for purpose in (COMMANDS["doctor"][1], VERBS["find"][1], training.load("paper").SUMMARY):
+    for purpose in (COMMANDS["doctor"][1], VERBS["find"][1], training.COMMANDS["paper"]):
         assert f"  {purpose}\n" in printed
     headings = ("play", "teach", "train", "look after an orb", "read")
     at = [printed.index(f"\n{name}:\n") for name in headings]

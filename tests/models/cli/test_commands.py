@@ -22,7 +22,7 @@ DOCS = ROOT / "docs"
 
 def test_a_misspelt_command_is_answered_with_the_nearest(capsys: Capture) -> None:
     assert refused(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
-    assert refused(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
+    assert refused(capsys, "x").endswith(f"there are {', '.join(commands.COMMANDS)}")
 
 
 def test_the_version_is_the_program_s(capsys: Capture) -> None:
@@ -31,7 +31,7 @@ def test_the_version_is_the_program_s(capsys: Capture) -> None:
     assert capsys.readouterr().out == f"models {__version__}\n"
 
 
-@pytest.mark.parametrize("command", commands.names())
+@pytest.mark.parametrize("command", commands.COMMANDS)
 def test_no_help_shows_a_doubled_sign(command: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="0"):
         main([command, "--help"])
