@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -30,7 +29,7 @@ from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import reason
 from controller.shared.npz import Arrays
 
-MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
+MAX_BYTES: Final = 1 << 30  # of a file of arrays and of what it unpacks to
 SAMPLED: Final = 2_000  # frames from which the sign is found out
 _POSSIBLE_HZ: Final = (1.0, 10_000.0)  # frames per second; beyond, times are in another unit
 _USUAL_HZ: Final = (5.0, 500.0)
@@ -38,14 +37,10 @@ _DIGITS: Final = 2  # of a user's or session's number
 
 
 def read(path: Path, description: Description) -> Arrays:
-    """Return the described arrays of an .npz, .npy or .csv; RecordingError if one cannot be read.
-
-    Refused is also what would take more than half of the free memory.
-    """
+    """Return the described arrays in an .npz, .npy or .csv; RecordingError if one is unfit."""
     if path.suffix == ".csv":
         return tables.read(path, description)
     try:
-        _check_memory(path, description)
         if path.suffix == ".npy":
             arrays = {description.frames: npz.single(path, MAX_BYTES)}
         else:
@@ -59,33 +54,6 @@ def read(path: Path, description: Description) -> Arrays:
         if name not in arrays:
             raise RecordingError(f"{path} has no array {name!r}, which the description names")
     return arrays
-
-
-def _check_memory(path: Path, description: Description) -> None:
-    """Raise RecordingError if the described arrays, and a copy of the frames, need too much."""
-    if path.suffix == ".npy":
-        return  # it is not packed, so no file is small and its array large
-    needed = 0
-    for name, (shape, dtype) in npz.shapes(path, MAX_BYTES).items():
-        if name in description.arrays:
-            copied = np.dtype(np.float32).itemsize if name == description.frames else 0
-            needed += math.prod(shape) * (dtype.itemsize + copied)
-    free = free_memory()
-    if needed > free / 2:
-        raise RecordingError(
-            f"{path} needs {needed / 1e9:.1f} GB of memory, more than half of the {free / 1e9:.1f} "
-            "GB that are free; split it into files of fewer frames"
-        )
-
-
-def free_memory() -> float:
-    """Return the bytes of memory that Linux can give without swapping; infinite elsewhere."""
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return math.inf
-    kilobytes = (int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    return 1024 * next(kilobytes, math.inf)
 
 
 def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:

@@ -37,19 +37,16 @@ def advise(result: Training) -> Training:
     assert result.gesture is not None
     null, *rows = (_scored(row, i, result.gesture) for i, row in enumerate(result.classes))
     found = verdict.judge(result.labels, result.gesture.answered, result.gesture.unanswered)
-    failing = {one.label: one.advice for one in found if one.advice}
-    few = {
-        row.label: f"{FEW - row.examples} more of {row.label} would help"
+    failing = {one.label for one in found if one.advice}
+    lines = [
+        f"{FEW - row.examples} more of {row.label} would help"
         for row in rows
-        if row.examples < FEW
-    }
-    given = few | failing
-    advised = [replace(row, advice=given.get(row.label, "")) for row in rows]
-    lines = [words for name, words in few.items() if name not in failing]
+        if row.examples < FEW and row.label not in failing
+    ]
     if not (lines or failing):
         lines = [ENOUGH]
     gesture = replace(result.gesture, verdict=found)
-    return replace(result, classes=(null, *advised), gesture=gesture, advice=tuple(lines))
+    return replace(result, classes=(null, *rows), gesture=gesture, advice=tuple(lines))
 
 
 def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:

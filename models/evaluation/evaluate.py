@@ -22,13 +22,7 @@ from models.evaluation import bootstrap, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
 from models.results import verdict
-from models.results.evaluation import (
-    Calibration,
-    ClassFigures,
-    LocationFigures,
-    Result,
-    Row,
-)
+from models.results.evaluation import Calibration, ClassFigures, LocationFigures, Result, Row
 from models.results.verdict import REASONS
 
 
@@ -104,7 +98,6 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         ),
         frame_accuracy=bootstrap.mean([np.array([bootstrap.ratio(*t.frames)]) for t in tallies]),
         answered=answered,
-        named=_total([t.named for t in tallies]),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
         calibration=_calibration(tallies),
         location=_location(tallies),
@@ -141,15 +134,13 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     away = [scores.between_taxels(one[:, :2]) for one in places]
     half, most = np.quantile(np.concatenate(errors), (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
-    touches = np.concatenate(places)
-    one, two = scores.within(sigmas, touches[:, 2:])
+    one, two = scores.within(sigmas, np.concatenate(places)[:, 2:])
     return LocationFigures(
         bootstrap.mean(errors),
         bootstrap.mean([e[~a] for e, a in zip(errors, away, strict=True)]),
         bootstrap.mean([e[a] for e, a in zip(errors, away, strict=True)]),
         half,
         most,
-        tuple((x, y, off_x, off_y) for x, y, off_x, off_y in touches.tolist()),
         float(np.nanmedian(sigmas)) if np.isfinite(sigmas).any() else np.nan,
         one,
         two,

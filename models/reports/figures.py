@@ -1,9 +1,8 @@
-"""Figures of a training and an evaluation, and the style of all drawings: reproducible SVG."""
+"""Figures of a training, and the style of all drawings: reproducible SVG."""
 
 import io
 import math
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +15,6 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from controller.shared import files
-from models.results.evaluation import Evaluation
 from models.results.training import Epoch, Training
 
 INK: Final = "#1e2535"
@@ -72,16 +70,6 @@ def draw_training(found: Training, beside: Path) -> list[Path]:
         drawn["places"] = curves(location.epochs, share=False)
         drawn["touches"] = touch_errors(location.touches, (found.rows, found.columns))
     return [save(one, beside.with_name(f"{beside.stem}-{name}.svg")) for name, one in drawn.items()]
-
-
-def draw_evaluation(found: Evaluation, folder: Path) -> Iterator[Path]:
-    """Draw an evaluation's figures as SET-WHAT.svg into a folder; yield the paths."""
-    for result in found.results:
-        name = re.sub(r"[\\/:]", "_", result.name)  # folders of one name are told apart by paths
-        yield save(reliability(result.calibration.bins), folder / f"{name}-calibration.svg")
-        if result.location is not None:
-            drawn = touch_errors(result.location.touches, (found.rows, found.columns))
-            yield save(drawn, folder / f"{name}-touches.svg")
 
 
 def limits(values: Iterable[float], least: float) -> tuple[float, float]:

@@ -163,7 +163,6 @@ def classes(found: Training) -> Table:
         ("window precision", lambda row: percent(row.precision)),
         ("event recall", lambda row: percent(row.event_recall) if row.label != "null" else ""),
         ("answered", lambda row: _answered(found, row)),
-        ("advice", lambda row: row.advice),
     )
     return table(columns, found.classes)
 

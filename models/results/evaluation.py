@@ -56,8 +56,6 @@ class LocationFigures:
     off_site: Figure  # mean over all others
     half_within: float  # median over the presses
     most_within: float  # 95th percentile
-    # x, y, error in x, error in y of each press
-    touches: tuple[tuple[float, float, float, float], ...]
     sigma: float = math.nan  # median standard deviation that the bundle gives; NaN: it gives none
     # share of errors, over both axes, below the deviation given; 68 % if calibrated
     within_one: float = math.nan
@@ -115,7 +113,6 @@ class Result:
     frame_accuracy: Figure  # share of frames named rightly, mean over the sessions
     # events (rows; 0: nothing happened) by what was answered (columns; 0: nothing)
     answered: tuple[tuple[int, ...], ...]
-    named: tuple[tuple[int, ...], ...]  # events by what the mean probability names
     classes: tuple[ClassFigures, ...]  # every gesture
     calibration: Calibration  # of the probabilities
     # None if the bundle gives no positions, or the true ones are not known
@@ -137,8 +134,6 @@ class Evaluation:
     debounce: dict[str, float]  # debounce settings by name
     results: tuple[Result, ...]  # one for each set of sessions
     notes: tuple[str, ...] = ()  # further remarks, in sentences
-    rows: int = 5  # of the sensor
-    columns: int = 5  # of the sensor
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,7 +57,6 @@ class ClassRow:
     precision: float  # share of the windows so named that are it, in sessions held out
     # share of its events recognised, in sessions held out; NaN for null
     event_recall: float = math.nan
-    advice: str = ""  # whether more examples of it would help
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,8 +33,8 @@ def training(**more: object) -> learned.Training:
     )  # fmt: skip
     classes = (
         learned.ClassRow("null", 0, 540.0, 0.995, 0.99),
-        learned.ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, "40 more of press would help"),
-        learned.ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, "enough of pinch"),
+        learned.ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95),
+        learned.ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0),
     )  # fmt: skip
     made = learned.Training(
         "my.orb", "models train data --out my.orb", "0.1.0", "default", ("rest: followed",), 5, 5,
@@ -53,12 +53,12 @@ def evaluation(name: str = "nominal", sessions: int = 4) -> judged.Evaluation:
     rows = tuple(judged.Row(f"sub-09_ses-{i:02d}_run-01", 1, 50, 0.99, 1.0, 0.95, 0.01, 0.33, 0.1)
                  for i in range(sessions))  # fmt: skip
     one = figure(0.98)
-    place = judged.LocationFigures(one, one, one, 0.09, 0.3, ((1.0, 2.0, 0.1, 0.1),))
+    place = judged.LocationFigures(one, one, one, 0.09, 0.3)
     classes = tuple(judged.ClassFigures(label, 60, one, one, one) for label in LABELS[1:])
     result = judged.Result(
         name, LABELS, sessions, 2, 120, 24.0, 15.0, one, one, one, one, one, one, figure(0.02), one,
         0.5, one, 0.6, one, one, one, ((0, 1, 0), (1, 58, 1), (0, 0, 60)),
-        ((0, 0, 0), (0, 60, 0), (0, 0, 60)), classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
+        classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
         rows, rows[:2],
     )  # fmt: skip
     return judged.Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,

@@ -152,9 +152,6 @@ class Gesture:
     early: Key = 0.0  # seconds by which it lifts early
     tremble: Key = 0.0  # relative amplitude of an oscillation of the depth
     tremble_hz: Key = 6.0  # its frequency
-    # Turns of the dome that leave it the same gesture.
-    rotations: str = field(default="none", metadata={"choices": ("all", "half", "none")})
-    mirror: str = "none"  # its mirror image: "self", another label, or "none" (no gesture)
     place: str = field(default="middle", metadata={"choices": ("middle", "anywhere")})
     distractor: bool = False  # whether it is no gesture
     form_of: str = ""  # label of the gesture that this is another form of

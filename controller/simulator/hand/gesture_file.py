@@ -89,7 +89,6 @@ def parse(given: Mapping[str, _Table]) -> Repertoire:
         tables[label] = (source, table)
     made = {label: _gesture(source, _whole(label, tables)) for label, (source, _) in tables.items()}
     for label, gesture in made.items():
-        _check_mirror(tables[label][0], gesture, made)
         _check_form(tables[label][0], gesture, made)
         _rehearse(tables[label][0], gesture)
     return made
@@ -196,17 +195,6 @@ def _keys(raw: Any, names: list[str], where: str) -> tuple[Key, ...]:
             raise GestureError(f"{where} has the range {key!r}; draw it in [vary] and name it")
         keys.append(term)
     return tuple(keys)
-
-
-def _check_mirror(source: str, gesture: Gesture, all_of_them: Repertoire) -> None:
-    if gesture.mirror in ("self", "none"):
-        return
-    image = all_of_them.get(gesture.mirror)
-    if image is None or image is gesture or image.mirror != gesture.label:
-        raise GestureError(
-            f"{source} has mirror = {gesture.mirror!r}, which is no other gesture that names it in "
-            'turn; write "self", "none" or such a label'
-        )
 
 
 def _check_form(source: str, gesture: Gesture, all_of_them: Repertoire) -> None:

@@ -12,9 +12,9 @@ import platform
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, closing, redirect_stderr, suppress
+from contextlib import closing, redirect_stderr, suppress
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
@@ -35,7 +35,6 @@ RESULTS: Final = "results.json"
 LETTERS: Final = 24  # of a job's name: 96 bits
 ANSWER_S: Final = 10.0  # for a scheduler to answer
 WORKERS_S: Final = 30.0  # for the first worker to register
-ABSENT_S: Final = 10  # without workers, until a message
 
 Answer = dict[str, Any]  # "name"; "result", or "failed"; "where", "cpu_s"; JSON
 
@@ -77,7 +76,7 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
     failed: dict[str, str] = {}
     began = time.monotonic()
     orders = [sweep.order(name, job) for name, job in named.items() if name not in done]
-    for number, answer in enumerate(_answers(sweep, orders, say), 1):
+    for number, answer in enumerate(_answers(sweep, orders), 1):
         if "failed" in answer:
             failed[answer["name"]] = answer["failed"]
             outcome = f"failed: {answer['failed']}"
@@ -184,14 +183,13 @@ def _outcome(order: Job) -> dict[str, Any]:
         return {"failed": f"{type(error).__name__} in {place}: {' '.join(str(error).split())}"}
 
 
-def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
+def _answers(sweep: Sweep, orders: Sequence[Job]) -> Iterator[Answer]:
     """Yield the answers to all orders, in any order; raise ClusterError or TroubleError."""
     if sweep.cluster and orders:
         import distributed
 
-        ended, done = threading.Event(), cast(Any, distributed.as_completed)
-        with closing(_connected(sweep.cluster, say, ended)) as client, ExitStack() as stack:
-            stack.callback(ended.set)
+        done = cast(Any, distributed.as_completed)
+        with closing(_connected(sweep.cluster)) as client:
             yield from (one.result() for one in done(client.map(perform, orders, pure=False)))
         return
     jobs = {order["name"]: partial(perform, order) for order in orders}
@@ -203,11 +201,8 @@ def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
         ) from None
 
 
-def _connected(address: str, say: Say, ended: threading.Event) -> Any:
-    """Return a client of a scheduler; raise ClusterError if it is silent or gets no workers.
-
-    Until `ended` is set, a thread reports when there are no workers.
-    """
+def _connected(address: str) -> Any:
+    """Return a client of a scheduler; raise ClusterError if it is silent or gets no workers."""
     import distributed
 
     connect: Any = distributed.Client
@@ -220,27 +215,14 @@ def _connected(address: str, say: Say, ended: threading.Event) -> Any:
             f"no Dask scheduler answers at {address!r} ({error}); give HOST:PORT, and start one "
             "with: dask scheduler (orbtouch docs sweeps)"
         ) from None
-    watch = partial(_report_absence, client, f"dask worker {address}", say, ended.wait)
-    threading.Thread(target=watch, daemon=True).start()
     try:
         client.wait_for_workers(1, timeout=WORKERS_S)
     except TimeoutError:
-        ended.set()
         client.close()
         raise ClusterError(
             f"the scheduler has no workers after {WORKERS_S:g} s; start some: dask worker {address}"
         ) from None
     return client
-
-
-def _report_absence(client: Any, advice: str, say: Say, wait: Callable[[float], bool]) -> None:
-    """Report once whenever there was no worker for `ABSENT_S`; end when `wait` returns True."""
-    seconds = 0
-    with suppress(OSError, RuntimeError, ValueError):  # the client is closed, or its scheduler
-        while not wait(1.0):
-            seconds = 0 if client.scheduler_info()["workers"] else seconds + 1
-            if seconds == ABSENT_S:
-                say(f"the cluster has no workers; it goes on as soon as one registers: {advice}")
 
 
 def _json(content: Any) -> str:

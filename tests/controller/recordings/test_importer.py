@@ -164,19 +164,6 @@ def test_repeated_times_are_told_unless_they_shall_be_dropped() -> None:
         imported(CAPFINGERID.replace("drop_repeated = true", ""))
 
 
-def test_more_than_half_of_the_free_memory_is_refused_before_it_is_taken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Zeros pack well: a file of 4 MB had taken 2.6 GB."""
-    path, told = tmp_path / "zeros.npz", Description(frames="frames", pitch_mm=10.0, rate_hz=10.0)
-    np.savez_compressed(path, frames=np.zeros((1000, 5, 5), np.uint8))
-    monkeypatch.setattr(importer, "free_memory", lambda: 250_000.0)
-    assert importer.read(path, told)["frames"].shape == (1000, 5, 5)
-    monkeypatch.setattr(importer, "free_memory", lambda: 249_000.0)
-    with pytest.raises(RecordingError, match=r"needs 0\.0 GB of memory, more than half"):
-        importer.read(path, told)
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("reading", [np.inf, 1e300])
 def test_what_is_no_number_is_refused_without_a_warning_of_numpy(reading: float) -> None:

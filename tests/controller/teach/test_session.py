@@ -137,7 +137,7 @@ def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do() -> None
     words = vocabulary.read(ROOT / "examples" / "knock" / "gestures.toml")
     assert words.labels == (*vocabulary.shipped().labels, "knock")
     assert words.mapping.command("knock", None) == "hold"
-    assert gesture_file.load(words.files)["knock"].rotations == words.entries[4].rotations
+    assert "knock" in gesture_file.load(words.files)
     knock = (ROOT / "examples" / "knock" / "knock.toml").read_text(encoding="utf-8")
     body = knock.partition("\n\n")[2]
     whole = (ROOT / "docs" / "gestures.md").read_text(encoding="utf-8")

@@ -47,7 +47,6 @@ WRITTEN = [
     for torch in [("train",)]
     for words in (
         "evaluate --json {}",
-        "evaluate --figures {}",
         "train {data} --out {}",
         "train {data} --task user --out {}",
         f"train {{data}} --epochs 0 --from {BUNDLE} --out {{}}",
@@ -81,8 +80,6 @@ def test_what_cannot_be_read_is_one_sentence(words: str, kind: str, tmp_path: Pa
 @pytest.mark.parametrize("kind", UNFIT)
 @pytest.mark.parametrize("words", WRITTEN)
 def test_what_cannot_be_replaced_is_refused_at_once(words: str, kind: str, tmp_path: Path) -> None:
-    if words == "evaluate --figures {}" and kind == "folder":
-        pytest.skip("figures are drawn into a folder")
     special = make(kind, tmp_path, "special.orb")
     refused(words, special, tmp_path)
     assert not special.is_file()

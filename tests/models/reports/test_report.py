@@ -11,7 +11,7 @@ from controller.bundles import bundle
 from models import formatting
 from models.reports import cards
 from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Training
-from tests.support.report_results import evaluation, training
+from tests.support.report_results import training
 
 SHIPPED = bundle.read(bundle.default_path())
 
@@ -69,14 +69,3 @@ def test_what_is_not_known_is_drawn_as_nothing(tmp_path: Path) -> None:
     )
     assert len(figures.draw_training(bare, tmp_path / "my.orb")) == 4
     assert figures.draw_training(training(gesture=None, location=None), tmp_path / "my.orb") == []
-
-
-def test_sets_of_one_folder_name_are_drawn_into_files_of_their_own(tmp_path: Path) -> None:
-    figures = pytest.importorskip("models.reports.figures", reason="needs the [plot] extra")
-    (result,) = evaluation().results
-    sets = tuple(replace(result, name=f"{day}/data") for day in ("monday", "tuesday"))
-    drawn = [*figures.draw_evaluation(replace(evaluation(), results=sets), tmp_path)]
-    assert [path.name for path in drawn] == [
-        "monday_data-calibration.svg", "monday_data-touches.svg",
-        "tuesday_data-calibration.svg", "tuesday_data-touches.svg",
-    ]  # fmt: skip

@@ -178,7 +178,7 @@ def test_no_scheduler_is_told(alone: Path, tmp_path: Path, free_port: int, capsy
 def test_no_process_of_ours_is_left_behind() -> None:
     orders = [{"name": str(i), "job": {}, "version": "another"} for i in range(3)]
     sweep = run.Sweep(plan.parse({}, "x"), Path(), workers=2)
-    answers = list(run._answers(sweep, orders, print))
+    answers = list(run._answers(sweep, orders))
     pids = {int(one["where"].split()[-1]) for one in answers}
     assert os.getpid() not in pids
     for pid in pids:

@@ -20,8 +20,6 @@ STYLE = draw_style(RNG(0))
 
 TAP = """
 label = "tap"
-rotations = "all"
-mirror = "self"
 phases = ["down", "hold", "up"]
 
 [vary]
@@ -46,16 +44,6 @@ def test_the_papers_gestures_and_three_more_ship() -> None:
     others = {label for label, g in known.items() if g.usual} - set(GESTURES)
     assert others == {"double_tap", "swipe", "squeeze"}
     assert {g.form_of for g in known.values() if g.form_of} == set(GESTURES)
-
-
-def test_symmetries_are_declared() -> None:
-    known = shipped()
-    assert {g.rotations for g in known.values()} == {"all"}
-    mirrors = {label: g.mirror for label, g in known.items() if g.mirror != "self"}
-    pairs = [("twist_cw", "twist_ccw"), ("twist_cw_wound", "twist_ccw_wound")]
-    assert mirrors == dict(pairs) | {two: one for one, two in pairs}
-    silent = gesture(TAP.replace('rotations = "all"\nmirror = "self"', ""))
-    assert (silent.rotations, silent.mirror) == ("none", "none")
 
 
 def test_a_key_stands_at_every_boundary_between_two_phases() -> None:
@@ -148,9 +136,6 @@ def test_the_example_of_the_documentation_works() -> None:
     ("old", "new", "sentence"),
     [
         ('"tap"', '"Tap"', "mine.toml has label = 'Tap'; write a name of small letters"),
-        ('"all"', '"some"', "rotations = 'some'; expected is one of all, half"),
-        ('"self"', '"wave"', "mirror = 'wave', which is no other gesture"),
-        ('"self"', '"tap"', "mirror = 'tap', which is no other gesture"),
         ("phases", "phase = 3\nphases", "unknown key 'phase'; known are label"),
         ('"up"]', '"off"]', "phases names 'off', which is neither a user's parameter nor"),
         ('["down", "hold", "up"]', "[]", "phases is \\[\\]; write a list"),
@@ -189,9 +174,6 @@ def test_a_mistake_is_one_sentence_that_says_where(old: str, new: str, sentence:
 def test_files_must_fit_together(tmp_path: Path) -> None:
     with pytest.raises(GestureError, match="are both 'tap'; rename one"):
         parse({"a.toml": parse_toml(TAP), "b.toml": parse_toml(TAP)})
-    one_sided = parse_toml(TAP.replace('"tap"', '"knock"').replace('"self"', '"tap"'))
-    with pytest.raises(GestureError, match="no other gesture that names it in turn"):
-        parse({"a.toml": parse_toml(TAP), "b.toml": one_sided})
     with pytest.raises(GestureError, match="is like 'swing', which is no gesture"):
         parse({"a.toml": {"label": "a", "like": "swing"}})
     with pytest.raises(GestureError, match=r"cannot read .*absent\.toml: no such file"):
