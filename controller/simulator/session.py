@@ -48,7 +48,7 @@ class Session:
 
 
 def simulate(
-    seed: int | np.random.SeedSequence,
+    seed: int | Sequence[np.random.SeedSequence],
     minutes: float,
     *,
     domain: int = TRAINING,
@@ -69,9 +69,9 @@ def simulate(
     """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
     Args:
-        seed: Which session (orb, drift, placement, order of events).
+        seed: Which session; or the seeds of its orb, people, order, placement and button.
         minutes: Its length.
-        domain: Family of seeds; unused where the seed is a sequence.
+        domain: Family of seeds; unused where five are given.
         user: Which user of the domain; by default the session's own.
         style: A user in place of a drawn one.
         pointer: The touches are a pointer's on a screen, not a hand's.
@@ -89,9 +89,9 @@ def simulate(
     Raises:
         ValueError: The hand does not know a gesture.
     """
-    if not isinstance(seed, np.random.SeedSequence):
-        seed = np.random.SeedSequence([domain, seed])
-    orb, people, order, placement, labeller = seed.spawn(5)
+    if isinstance(seed, int):
+        seed = np.random.SeedSequence([domain, seed]).spawn(5)
+    orb, people, order, placement, labeller = seed
     if user is not None:
         people = np.random.SeedSequence([domain, 1_000_000 + user])
     rng = np.random.default_rng(order)

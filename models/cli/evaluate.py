@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
     from controller.recordings.recording import Recording
 
-SUMMARY: Final = "judge a bundle on sessions that it never saw"
 DESCRIPTION: Final = (
     "Play recordings through a bundle as the device would, and count what it answers: confusion, "
     "event metric, false alarms, latency, calibration and places, by session and by user, with "
@@ -39,8 +38,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     words = "source of the simulated touches (default: person)"
     add("--hand", choices=("person", "pointer"), default="person", help=words)
     add("--json", type=Path, metavar="FILE", help="write the figures as JSON")
-    words = "draw how much a probability means, and the errors of places, as SVG"
-    add("--figures", type=Path, metavar="DIR", help=words)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -53,9 +50,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.json:
         storage.target(arguments.json)
-    if arguments.figures:
-        options.require("drawing figures", "matplotlib", extra="plot")
-        errors.output_folder(arguments.figures)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     left_out: list[str] = []
@@ -75,19 +69,12 @@ def run(arguments: argparse.Namespace) -> int:
         debounce=numbers(loaded.debounce),
         results=tuple(results),
         notes=(*notes, *dict.fromkeys(left_out)),
-        rows=loaded.rows,
-        columns=loaded.columns,
     )
     print(cards.evaluation(found))
     for result in results:
         errors.say("\n".join([f"{result.name}:", *map(str, result.verdict)]))
     if arguments.json:
         storage.write_json(arguments.json, found)
-    if arguments.figures:
-        from models.reports import figures
-
-        for path in figures.draw_evaluation(found, arguments.figures):
-            errors.say(f"wrote {path}")
     return 0
 
 
@@ -111,15 +98,13 @@ def _recorded(data: Sequence[Path], left_out: list[str]) -> Sets:
 def _simulated(loaded: "Bundle", arguments: argparse.Namespace) -> Sets:
     """Return simulated people on both presets' orbs, and a note on them."""
     from controller.simulator.orb import PRESETS
-    from models.data.simulate import EVALUATE_SEED, People
+    from models.data.simulate import EVALUATE_SEED, DataSet
 
     count = arguments.sessions
     sets: dict[str, Played] = {}
     for preset in PRESETS:
-        people = People.of(
-            loaded, preset, EVALUATE_SEED, arguments.minutes, users=count, hand=arguments.hand
-        )
-        sets[preset] = partial(people.sessions, count)
+        people = DataSet.of(loaded, preset, EVALUATE_SEED, arguments.minutes, arguments.hand)
+        sets[preset] = partial(people.sessions, count, count)
     who = "a mouse's touches" if arguments.hand == "pointer" else "other people"
     note = (
         f"Simulated sessions of {arguments.minutes:g} minutes that no training accepts: {who} on "

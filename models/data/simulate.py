@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -70,6 +70,28 @@ class DataSet:
         False  # the dome's physics differs from session to session, not its pressure only
     )
 
+    @classmethod
+    def of(
+        cls, bundle: Bundle, preset: str, seed: int, minutes: float, hand: Hand = "person"
+    ) -> "DataSet":
+        """Return people who make a bundle's gestures; ValueError if the simulated hand cannot."""
+        made = cls(
+            seed=seed,
+            minutes=minutes,
+            preset=preset,
+            hand=hand,
+            rate_hz=bundle.rate_hz,
+            rows=bundle.rows,
+            columns=bundle.columns,
+            pitch_mm=bundle.pitch_mm,
+            gestures=bundle.labels[1:],
+        )
+        try:
+            made.repertoire()
+        except ValueError as error:
+            raise ValueError(f"{error}; judge this bundle on recordings: add DIR") from None
+        return made
+
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
 
@@ -111,7 +133,7 @@ class DataSet:
 
     def played(
         self,
-        seeds: np.random.SeedSequence,
+        seeds: Sequence[np.random.SeedSequence],
         user: int,
         day: int,
         model: OrbModel,
@@ -145,11 +167,11 @@ class DataSet:
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> Recording:
         """Simulate one session; users and sessions count from 0, faults are there throughout."""
-        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
+        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number)).spawn(5)
         which, day = f"{self.seed}-{user + 1}-{number + 1}", 0
         if self.one_orb:
             orb = np.random.SeedSequence([DATA, self.seed, ORB])
-            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
+            seeds, which = [orb, *seeds[1:]], f"{self.seed}"
             day = 1 + user * _DAYS + number
         model = self.model()
         if self.varied:
@@ -192,62 +214,15 @@ class DataSet:
             ),
         )
 
-
-class Given(np.random.SeedSequence):
-    """The seeds of a session, as it spawns them: of orb, people, order, placement and button."""
-
-    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
-        super().__init__(0)
-        self._seeds = seeds
-
-    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
-        """Return them."""
-        return list(self._seeds[:n_children])
-
-
-@dataclass(frozen=True, slots=True)
-class People:
-    """Simulated people at play."""
-
-    data: DataSet  # settings of their sessions
-    users: int  # number of users; sessions go round among them
-
-    @classmethod
-    def of(
-        cls,
-        bundle: Bundle,
-        preset: str,
-        seed: int,
-        minutes: float,
-        *,
-        users: int,
-        hand: Hand = "person",
-    ) -> "People":
-        """Return people who make a bundle's gestures; ValueError if the simulated hand cannot."""
-        data = DataSet(
-            seed=seed,
-            minutes=minutes,
-            preset=preset,
-            hand=hand,
-            rate_hz=bundle.rate_hz,
-            rows=bundle.rows,
-            columns=bundle.columns,
-            pitch_mm=bundle.pitch_mm,
-            gestures=bundle.labels[1:],
-        )
-        try:
-            data.repertoire()
-        except ValueError as error:
-            raise ValueError(f"{error}; judge this bundle on recordings: add DIR") from None
-        return cls(data, users)
-
-    def sessions(self, count: int, faults: Sequence[str] = ()) -> Iterator[tuple[str, Recording]]:
-        """Yield named sessions with faults from the first frame on."""
-        ill = [Fault.parse(one, self.data.rows, self.data.columns) for one in faults]
+    def sessions(
+        self, users: int, count: int, faults: Sequence[str] = ()
+    ) -> Iterator[tuple[str, Recording]]:
+        """Yield named sessions, users in turn, with faults from the first frame on."""
+        ill = [Fault.parse(one, self.rows, self.columns) for one in faults]
         for number in range(count):
-            user, session = number % self.users, number // self.users
-            name = f"{self.data.preset} {user + 1:02d}-{session + 1:02d}"
-            yield name, self.data.session(user, session, ill)
+            session, user = divmod(number, users)
+            name = f"{self.preset} {user + 1:02d}-{session + 1:02d}"
+            yield name, self.session(user, session, ill)
 
 
 def name(user: int, number: int) -> str:

@@ -26,7 +26,7 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data.simulate import BENCHMARK_SEED, People
+from models.data.simulate import BENCHMARK_SEED, DataSet
 from models.evaluation.evaluate import evaluate, summarise
 from models.results.evaluation import Figure, Result
 
@@ -76,11 +76,13 @@ QUICK: Final = Size(sessions=6, minutes=4.0, broken=1, mouse=2, every=6)
 
 def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Figure]:
     """Return every figure of the bundle in a file on one preset."""
-    people = People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
-    found = summarise(preset, loaded.labels, evaluate(loaded, people.sessions(size.sessions), _no))
+    people = DataSet.of(loaded, preset, BENCHMARK_SEED, size.minutes)
+    played = people.sessions(USERS, size.sessions)
+    found = summarise(preset, loaded.labels, evaluate(loaded, played, _no))
     say(f"{preset}: {found.events} events, {found.idle_minutes:.0f} idle minutes, F1 {found.f1}")
-    mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
-    clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
+    mouse = dataclasses.replace(people, hand="pointer")
+    played = mouse.sessions(USERS, size.mouse)
+    clicked = summarise(preset, loaded.labels, evaluate(loaded, played, _no))
     grid = loaded.rows, loaded.columns
     taxels = [f"dead:{row},{column}" for row, column in np.ndindex(*grid)]
     sides = zip(("open_row", "open_column"), grid, strict=True)
@@ -130,11 +132,11 @@ def leak_gap(path: Path) -> float:
         return math.nan
 
 
-def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) -> Result:
+def _worst(loaded: Bundle, people: DataSet, faults: Sequence[str], size: Size) -> Result:
     """Return the figures under the fault with which the fewest events are recognised."""
     found = []
     for fault in faults:
-        tallies = evaluate(loaded, people.sessions(size.broken, (fault,)), _no)
+        tallies = evaluate(loaded, people.sessions(USERS, size.broken, (fault,)), _no)
         found.append(summarise(fault, loaded.labels, tallies))
     worst = min(found, key=lambda one: one.event_accuracy.value)
     mean = np.mean([one.event_accuracy.value for one in found])

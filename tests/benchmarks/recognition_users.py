@@ -28,7 +28,7 @@ from controller.simulator.session import DATA
 from models.data import touch_images
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES, UNVARIED_USER, VARIED_USER
-from models.data.simulate import BENCHMARK_SEED, ORB, DataSet, Given
+from models.data.simulate import BENCHMARK_SEED, ORB, DataSet
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results.evaluation import Figure
@@ -94,7 +94,7 @@ class SimulatedUsers:
             none = 0.0, 1.0
             still = replace(model.electronics, taxel_drift=none, common_drift=none)
             model = replace(model, electronics=still)
-        played = data.played(Given(seeds), user, number if self.shared else 0, model)
+        played = data.played(seeds, user, number if self.shared else 0, model)
         return Source(played.frames, played.label, played.touch)
 
 

@@ -11,7 +11,7 @@ from controller.recordings import reader
 from controller.shared.aliases import Say
 from controller.simulator.session import TEST_SEEDS
 from models import formatting, processes
-from models.data.simulate import People
+from models.data.simulate import DataSet
 from models.results import storage
 from models.studies.paper import figure7, section6
 from models.studies.paper.figure7 import Settings
@@ -93,6 +93,6 @@ def _bound(title: str, paths: Paths, path: Path) -> dict[str, Any]:
     loaded = bundle.read(path)
     recordings = [reader.load(one) for one in paths]
     if not recordings:
-        people = People.of(loaded, title, SEED, MINUTES, users=1)
-        recordings = [recording for _, recording in people.sessions(DAYS)]
+        people = DataSet.of(loaded, title, SEED, MINUTES)
+        recordings = [recording for _, recording in people.sessions(1, DAYS)]
     return section6.bounds(section6.answers(loaded, recordings))

@@ -37,7 +37,7 @@ def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
 def examples(label: str, number: int, user: int = 3) -> tuple[Example, ...]:
     """Examples of a simulated gesture, cut a little before and after it."""
     played = simulate(
-        np.random.SeedSequence([1, user]), 0.6, style=person(1, user), rate_hz=10.0,
+        np.random.SeedSequence([1, user]).spawn(5), 0.6, style=person(1, user), rate_hz=10.0,
         model=preset("nominal"), protocol="free", gestures=(label,),
     )  # fmt: skip
     stage = Preprocessor(LOADED.preprocess, 5, 5)

@@ -18,7 +18,7 @@ BEFORE_S, AFTER_S = 1.5, 0.45  # of an example
 def errors(noise: str, label: str) -> np.ndarray:
     """How late begin and end of each touch of a session are found, seconds, (touches, 2)."""
     played = simulate(
-        np.random.SeedSequence([7, 2]), 0.6, style=person(7, 2), rate_hz=RATE_HZ,
+        np.random.SeedSequence([7, 2]).spawn(5), 0.6, style=person(7, 2), rate_hz=RATE_HZ,
         model=preset(noise), protocol="free", gestures=(label,),
     )  # fmt: skip
     stage = Preprocessor(PreprocessSettings(rate_hz=RATE_HZ), 5, 5)

@@ -71,7 +71,7 @@ def played(label: str, user: int, count: int = 5) -> list[Example]:
     """Return the first examples of a gesture that a person makes on a simulated orb."""
     own = {f"{name}.toml": {"label": name, **parse_toml(text)} for name, text in OWN.items()}
     session = simulate(
-        np.random.SeedSequence([7, user]), 1.0, style=person(1, user), rate_hz=RATE_HZ,
+        np.random.SeedSequence([7, user]).spawn(5), 1.0, style=person(1, user), rate_hz=RATE_HZ,
         gestures=(label,), repertoire={**shipped(), **parse(own)},
     )  # fmt: skip
     stage = Preprocessor(PREPROCESS, 5, 5)

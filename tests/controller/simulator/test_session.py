@@ -18,7 +18,7 @@ from controller.simulator.session import DATA, LABELS, Protocol, Session, simula
 def played(protocol: Protocol, minutes: float) -> Session:
     """A session of one of the ten users."""
     seed = np.random.SeedSequence([DATA, 0], spawn_key=(0, 0))
-    return simulate(seed, minutes, style=person(0, 0), protocol=protocol)
+    return simulate(seed.spawn(5), minutes, style=person(0, 0), protocol=protocol)
 
 
 BLOCKS = played("blocks", 29.0)
