@@ -146,7 +146,7 @@ def _own(a: npz.Arrays, width: int) -> OwnFrames:
         "own_touch": ("i4", (windows,)),
         "own_label": ("<U40", (windows,)),
     }
-    if not set(forms) <= set(a) or not _formed(a, forms) or not np.isfinite(a["own_scale"]).all():
+    if not _formed(a, forms):
         raise BundleError("has frames of another sensor or version; install a newer bundle")
     return OwnFrames(a["own_embedding"] * a["own_scale"], a["own_touch"], a["own_label"])
 
@@ -161,7 +161,7 @@ def _rehearsal(data: bytes, own: Head, grid: tuple[int, int]) -> Rehearsal:
         "touch": ("i4", (windows,)),
         "firmest": ("u1", (classes, *grid)),
     }
-    if not _formed(a, forms) or not windows or not np.isfinite(a["scale"]).all():
+    if not windows or not _formed(a, forms):
         raise BundleError("has a rehearsal of another sensor or version; install a newer bundle")
     return Rehearsal(a["embedding"] * a["scale"], a["touch"], a["firmest"])
 
@@ -191,11 +191,10 @@ def unpack(a: npz.Arrays) -> tuple[Example, ...]:
     images = a["taught"]
     images = from_bytes(images) if images.dtype == np.uint8 else images.astype(np.float32)
     cuts = np.split(images, np.cumsum(a["taught_frames"]))[:-1]
-    edges = a.get("taught_edge", np.zeros(len(cuts), np.float32))
     return tuple(
         Example(label, cut, user, turns, bool(mirrored), (float(b), float(e)), float(edge))
         for cut, (label, user, turns), mirrored, (b, e), edge in zip(
-            cuts, words, a["taught_mirror"], a["taught_span"], edges, strict=True
+            cuts, words, a["taught_mirror"], a["taught_span"], a["taught_edge"], strict=True
         )
     )
 
@@ -204,30 +203,32 @@ def fits(a: npz.Arrays, grid: tuple[int, ...]) -> bool:
     """Return whether arrays are those of examples, for `grid` = (rows, columns)."""
     try:
         frames, count = len(a["taught"]), len(a["taught_frames"])
-        forms = {
-            "taught": ("f2" if a["taught"].dtype == np.float16 else "u1", (frames, *grid)),
-            "taught_frames": ("i4", (count,)),
-            "taught_span": ("f4", (count, 2)),
-            "taught_mirror": ("b1", (count,)),
-        }
-        edge = a.get("taught_edge", np.zeros(count, np.float32))  # older bundles have none
-        return (
-            _formed({**a, "taught_edge": edge}, {**forms, "taught_edge": ("f4", (count,))})
-            and bool(np.isfinite(edge).all())
-            and bool(np.isfinite(a["taught"]).all())
-            and a["taught_words"].shape == (count, 3)
-            and int(a["taught_frames"].sum()) == frames
-            and bool((a["taught_frames"] > 0).all())
-            and bool(np.isfinite(a["taught_span"]).all())
-            and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
-        )
     except (KeyError, TypeError):
         return False
+    forms = {
+        "taught": ("f2" if a["taught"].dtype == np.float16 else "u1", (frames, *grid)),
+        "taught_frames": ("i4", (count,)),
+        "taught_span": ("f4", (count, 2)),
+        "taught_words": ("<U40", (count, 3)),
+        "taught_mirror": ("b1", (count,)),
+        "taught_edge": ("f4", (count,)),
+    }
+    return (
+        _formed(a, forms)
+        and int(a["taught_frames"].sum()) == frames
+        and bool((a["taught_frames"] > 0).all())
+        and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+    )
 
 
 def _formed(a: npz.Arrays, forms: Mapping[str, tuple[str, tuple[Any, ...]]]) -> bool:
-    """Return whether arrays have types and shapes, by name."""
-    return all(a[name].dtype == kind and a[name].shape == of for name, (kind, of) in forms.items())
+    """Return whether there are arrays of these types and shapes, by name; all numbers finite."""
+    return all(
+        name in a
+        and (a[name].dtype, a[name].shape) == (np.dtype(kind), shape)
+        and (a[name].dtype.kind != "f" or bool(np.isfinite(a[name]).all()))
+        for name, (kind, shape) in forms.items()
+    )
 
 
 def to_bytes(images: NDArray[np.floating]) -> ImageBytes:

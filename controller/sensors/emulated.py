@@ -47,11 +47,10 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     except (PresetError, FaultError) as error:
         raise HardwareError(str(error)) from None
     rate_hz = Driver(EmulatedBoard(wiring, faults=faults).board).affordable(rate_hz or RATE_HZ)
-    orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
-    readout = model.electronics.readout
+    emulated = Emulated(replace(options, fault=others), rate_hz, model)
+    emulated.hardware = " ".join(["virtual orb", *options.fault])
+    readout, skin = model.electronics.readout, emulated.skin[0]
     seeds = np.random.SeedSequence([options.seed, 1])
-    emulated = Emulated(**orb, options=options)
-    skin = emulated.skin[0]
     emulated.attach(EmulatedBoard(wiring, seeds, model=readout, picofarads=skin, faults=faults))
     return emulated
 

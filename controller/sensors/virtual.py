@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from controller.shared.protocol.messages import Perform
 from controller.simulator.dome.faults import Fault, FaultError
 from controller.simulator.hand.gesture import GestureError
 from controller.simulator.hand.gesture_file import Repertoire, load
-from controller.simulator.orb import NOMINAL, OrbModel, PresetError, preset
+from controller.simulator.orb import OrbModel, PresetError, preset
 from controller.simulator.virtual_orb import VirtualOrb
 
 _FIRST_S = 3.0  # the rest image is there, and somebody has read the first line
@@ -37,31 +37,7 @@ class Options(SensorOptions):
 
 def create(options: Options, rate_hz: float | None = None) -> "Virtual":
     """Return the orb, hand and session of a seed, or raise SensorError."""
-    return Virtual(**arguments(options, rate_hz), options=options)
-
-
-def arguments(
-    options: Options, rate_hz: float | None, model: OrbModel | None = None
-) -> dict[str, Any]:
-    """Return the arguments of `Virtual`, or raise SensorError; a `model` replaces the preset's."""
-    if not 0 <= options.seed < 2**32:
-        raise SensorError(f"the seed {options.seed} must be from 0 to {2**32 - 1}")
-    try:
-        model = preset(options.preset) if model is None else model
-        faults = [Fault.parse(text, model.rows, model.columns) for text in options.fault]
-        repertoire = load(options.gestures)
-    except (PresetError, FaultError, GestureError) as error:
-        raise SensorError(str(error)) from None
-    user, day = (zlib.crc32(name.encode()) for name in (options.user, options.day))
-    return {
-        "seed": options.seed,
-        "rate_hz": rate_hz or RATE_HZ,
-        "model": model,
-        "faults": faults,
-        "repertoire": repertoire,
-        "user": user,
-        "day": day,
-    }
+    return Virtual(options, rate_hz or RATE_HZ)
 
 
 def knows(gestures: Sequence[Path], label: str) -> bool:
@@ -79,25 +55,27 @@ class Virtual(VirtualOrb, Sensor):
     virtual = True
 
     def __init__(
-        self,
-        seed: int,
-        rate_hz: float,
-        model: OrbModel = NOMINAL,
-        faults: Sequence[Fault] = (),
-        *,
-        repertoire: Repertoire | None = None,
-        user: int = 0,
-        day: int = 0,
-        options: Options | None = None,
+        self, options: Options, rate_hz: float = RATE_HZ, model: OrbModel | None = None
     ) -> None:
-        super().__init__(seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day)
+        """Build the orb of the options, or raise SensorError; a `model` replaces the preset's."""
+        if not 0 <= options.seed < 2**32:
+            raise SensorError(f"the seed {options.seed} must be from 0 to {2**32 - 1}")
+        try:
+            model = model or preset(options.preset)
+            faults = [Fault.parse(text, model.rows, model.columns) for text in options.fault]
+            repertoire = load(options.gestures)
+        except (PresetError, FaultError, GestureError) as error:
+            raise SensorError(str(error)) from None
+        user, day = (zlib.crc32(name.encode()) for name in (options.user, options.day))
+        super().__init__(
+            options.seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day
+        )
         self._faults = tuple(faults)
         self.switch(faults)
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
-        self.seed, self.device_id = seed, f"virtual-{seed}"
-        if options is not None:
-            self.quick = bool(options.quick)
-            self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
+        self.seed, self.device_id = options.seed, f"virtual-{options.seed}"
+        self.quick, self.preset = bool(options.quick), options.preset
+        self.hardware = " ".join(["virtual orb", *options.fault])
 
     def inject(self, kind: str, row: int, column: int) -> None:
         """Give the orb this fault and no other, "" none; SensorError if there is no such fault."""

@@ -50,7 +50,6 @@ class Report:
     seconds: float = 0.0  # from its first frame to its last, without pauses
     cadence: FrameTiming | None = None  # None if the file cannot be read
     said: tuple[SourceLabels, ...] = ()
-    useless: tuple[tuple[int, int], ...] = ()  # taxels, (row, column)
 
     @property
     def level(self) -> Level:
@@ -68,10 +67,9 @@ def examine(path: Path, recording: Recording) -> Report:
     cadence = labels.measure(recording)
     sources = labels.summarise(recording, response)
     found = taxels.examine(recording.frames, recording.origin.unit, response)
-    shape = recording.frames.shape[1:]
-    useless = taxel_measures.useless(found, shape)
     # Taxels that read nothing; a dead one is a guess from its neighbours, and fails no recording.
-    blind = taxel_measures.useless((one for one in found if one.kind != "dead"), shape)
+    silent = (one for one in found if one.kind != "dead")
+    blind = taxel_measures.useless(silent, recording.frames.shape[1:])
     findings = [
         *_findings(cadence.complaints(), cadence.missing_share > labels.USELESS),
         # Only a small share of taxels can be interpolated from their neighbours.
@@ -92,7 +90,6 @@ def examine(path: Path, recording: Recording) -> Report:
         float(np.diff(recording.t)[~labels.pauses(recording)[1:]].sum()),
         cadence,
         sources,
-        tuple((int(row), int(column)) for row, column in np.argwhere(useless)),
     )
 
 

@@ -13,7 +13,7 @@ from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
 from controller.sensors.geometry import Geometry, SensorError
 from controller.sensors.replay import Replay
-from controller.sensors.virtual import Virtual, knows, show
+from controller.sensors.virtual import Options, Virtual, knows, show
 from controller.shared.cues import Cue, Phase
 from controller.simulator.hand.performance import DISTRACTORS
 from controller.simulator.virtual_orb import VirtualOrb
@@ -94,7 +94,7 @@ def test_the_orb_knows_a_vocabulary(mine: Path, capsys: pytest.CaptureFixture[st
 
 def played(seed: int) -> tuple[Virtual, list[str | None], list[str]]:
     """Let the hand press every three seconds; return what the button said, and what was true."""
-    orb = Virtual(seed, 10.0)
+    orb = Virtual(Options(seed=seed), 10.0)
     said, true = [], []
     for k in range(1, MINUTES * 600):
         if k % 30 == 0:
@@ -124,7 +124,7 @@ def test_the_virtual_hand_presses_its_button_nearly_in_time() -> None:
 
 
 def test_a_brush_is_not_labelled() -> None:
-    orb = Virtual(3, 10.0)
+    orb = Virtual(Options(seed=3), 10.0)
     orb.perform(1, "brush", 2.0, 2.0, 1.0)
     assert {orb.button(k / 10) for k in range(1, 60)} == {"null"}
 

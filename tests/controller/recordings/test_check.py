@@ -62,9 +62,7 @@ def test_what_is_broken_is_said(fault: str, sentence: str) -> None:
 
 
 def test_a_sensor_of_which_a_fifth_is_useless_has_failed() -> None:
-    found = report(broken("open_row:1", "open_row:3"))
-    assert found.level is Level.FAILED
-    assert len(found.useless) == 10
+    assert report(broken("open_row:1", "open_row:3")).level is Level.FAILED
 
 
 def test_a_taxel_that_never_changes_is_stuck() -> None:
