@@ -42,6 +42,8 @@ from tetris.window.play_screen import PlayScreen
 
 _MOUSE: Final = pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL
 _FINGERS: Final = (pygame.FINGERDOWN, pygame.FINGERMOTION, pygame.FINGERUP)
+_RIGHT_BUTTON: Final = 3
+_BUTTONS: Final = (1, _RIGHT_BUTTON)
 _TWO_FINGERS: Final = pygame.K_2
 _ARMED: Final = "disarmed", "armed"
 _LONG_S: Final = 2.0  # a pinch held so long leaves a page on which gestures are no steps
@@ -95,6 +97,7 @@ class OrbApp(Orb):
         self._correcting = CorrectionKeys(self.send)
         self._gestures = HeldGestures(self.stage.settings)
         self.aiming = Aiming(self.stage, self.orb)
+        self._button = 0  # of the mouse, held on the dome
         self._events: list[pygame.event.Event] = []  # for the game, since the last tick
         self._pause: Screen | None = None  # the menu of a pause that the link made
         self._used_s = 0.0  # when there was input last
@@ -289,8 +292,34 @@ class OrbApp(Orb):
                 self._events.append(event)
 
     def _touch(self, event: pygame.event.Event, now_s: float) -> None:
+        """Pass an event of the mouse or a touch screen to the dome."""
         self.screen_touched |= event.type in _FINGERS
-        self._point(event, now_s, self.panel.projection, self._size)
+        # SDL reports a finger as a mouse, too.
+        if not self.virtual or getattr(event, "touch", False):
+            return
+        to_grid = self.panel.projection.to_grid
+        match event.type:
+            case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:
+                pinch = event.button == _RIGHT_BUTTON
+                if self.touch.press(*to_grid(*event.pos), now_s, pinch=pinch):
+                    self._button = event.button
+                else:
+                    self.touch.deepen(now_s)
+            case pygame.MOUSEWHEEL:
+                self.touch.deepen(now_s)
+            case pygame.MOUSEMOTION:
+                self.touch.move(*to_grid(*event.pos))
+            case pygame.MOUSEBUTTONUP if event.button == self._button:
+                self.touch.move(*to_grid(*event.pos))
+                if end := self.touch.update(now_s):
+                    self._ends.append(end)
+                self.touch.release()
+            case pygame.FINGERDOWN | pygame.FINGERMOTION:
+                place = to_grid(event.x * self._size[0], event.y * self._size[1])
+                down = event.type == pygame.FINGERDOWN
+                self.touch.finger(event.finger_id, *place, down=down)
+            case pygame.FINGERUP:
+                self.touch.finger_up(event.finger_id)
 
     def _mouse(self, event: pygame.event.Event, now_s: float) -> None:
         """Pass an event of the mouse to the dome, or with its place there to the game."""

@@ -1,6 +1,7 @@
 """`host` without a verb: find or start an orb, and play."""
 
 import argparse
+import json
 import logging
 import secrets
 import sys
@@ -138,14 +139,13 @@ def _end_phone(target: targets.Target) -> None:
 
 
 def _demo(options: argparse.Namespace, seed: int, shutdown: Shutdown) -> None:
-    demo.run(
-        seed=seed,
-        seconds=options.seconds or _DEMO_S,
-        as_json=options.json,
-        orb_options=options.orb,
-        link=options.link,
-        shutdown=shutdown,
-    )
+    """Play a demo of some granted time, and print how it went, unless it is ended early."""
+    with demo.Demo(seed, options.seconds or _DEMO_S, options.orb, options.link) as played:
+        while not (played.over or shutdown):
+            played.tick()
+        verdict = played.verdict()
+    if not shutdown:
+        print(json.dumps(verdict) if options.json else demo.summary(verdict))
 
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:

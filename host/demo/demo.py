@@ -5,7 +5,6 @@ that a game is the same for its seed. What the hand truly did comes back with th
 judges what was recognised. In the window the demo is `host.app.screens.watch`, in real time.
 """
 
-import json
 import math
 import time
 from collections.abc import Sequence
@@ -178,31 +177,6 @@ class Demo:
 def until_ms(tick: int) -> int:
     """Return when tick number `tick` ends, whole milliseconds of granted time."""
     return round(tick * 1000 / TICKS_PER_S)
-
-
-def run(
-    *,
-    seed: int,
-    seconds: float,
-    as_json: bool,
-    orb_options: Sequence[str] = (),
-    link: str | None = None,
-    shutdown: Sequence[str] = (),
-) -> None:
-    """Play a demo of some granted time, and print how it went.
-
-    Without a link the orb is one of our own, with further options of `controller`. It ends early,
-    without a word, when `shutdown` has a reason.
-
-    Raises:
-        TroubleError: The orb cannot be reached, or is gone or silent.
-    """
-    with Demo(seed, seconds, orb_options, link) as demo:
-        while not (demo.over or shutdown):
-            demo.tick()
-        verdict = demo.verdict()
-    if not shutdown:
-        print(json.dumps(verdict) if as_json else summary(verdict))
 
 
 def summary(verdict: dict[str, Any]) -> str:

@@ -21,7 +21,6 @@ from controller.shared.protocol.messages import Message
 from host.connection.receiver import Connected, Lost, Received, Refused, Stale
 from host.phone import page
 from host.ui.orb_state import OrbState
-from host.ui.panel.panel import Projection
 from host.ui.pointer_input import DomeArea, PointerInput
 from tetris.kit import language
 
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
 _KEYS: Final = ("keyboard", "gamepad")
 _MODULES: Final = {**dict.fromkeys(_KEYS, "host.targets.keys"), "tetris": "host.app.application"}
 SIZE: Final = (1280, 720)  # of a window at first; it can be resized
-_RIGHT_BUTTON = 3
-_BUTTONS = (1, _RIGHT_BUTTON)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +71,6 @@ class Target(ABC):
         self.orb = OrbState()
         self.touch = PointerInput()
         self.phone: PhoneServer | None = None
-        self._button = 0  # mouse button held on the dome
         self._ends: list[Message] = []  # where fingers were when they left the dome
         self.closed = False
 
@@ -125,40 +121,6 @@ class Target(ABC):
                 self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
             case Stale() | Lost() | Refused():
                 self.touch.lift_all()
-
-    def _point(
-        self,
-        event: pygame.event.Event,
-        now_s: float,
-        projection: Projection,
-        size: tuple[int, int],
-    ) -> None:
-        """Process an event of the mouse or a touch screen, in a window of `size` pixels."""
-        # SDL reports a finger as a mouse, too.
-        if not self.virtual or getattr(event, "touch", False):
-            return
-        match event.type:
-            case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:
-                pinch = event.button == _RIGHT_BUTTON
-                if self.touch.press(*projection.to_grid(*event.pos), now_s, pinch=pinch):
-                    self._button = event.button
-                else:
-                    self.touch.deepen(now_s)
-            case pygame.MOUSEWHEEL:
-                self.touch.deepen(now_s)
-            case pygame.MOUSEMOTION:
-                self.touch.move(*projection.to_grid(*event.pos))
-            case pygame.MOUSEBUTTONUP if event.button == self._button:
-                self.touch.move(*projection.to_grid(*event.pos))
-                if end := self.touch.update(now_s):
-                    self._ends.append(end)
-                self.touch.release()
-            case pygame.FINGERDOWN | pygame.FINGERMOTION:
-                place = projection.to_grid(event.x * size[0], event.y * size[1])
-                down = event.type == pygame.FINGERDOWN
-                self.touch.finger(event.finger_id, *place, down=down)
-            case pygame.FINGERUP:
-                self.touch.finger_up(event.finger_id)
 
 
 def names() -> tuple[str, ...]:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 from controller.shared.protocol.messages import Command, GroundTruth, Welcome
+from host.__main__ import main
 from host.connection.receiver import Delivered
 from host.demo import demo
 from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer, DemoRecord
@@ -102,7 +103,7 @@ def test_ticks_add_up_to_whole_seconds() -> None:
 
 def test_a_demo_plays_and_the_same_seed_is_the_same_game(capsys: Capture) -> None:
     def play() -> dict[str, object]:
-        demo.run(seed=2, seconds=20.0, as_json=True)
+        assert main(["--demo", "--headless", "--json", "--seed", "2", "--seconds", "20"]) == 0
         verdict: dict[str, object] = json.loads(capsys.readouterr().out.splitlines()[-1])
         verdict.pop("link_bytes")  # handshakes differ by their nonces' lengths
         return verdict
