@@ -6,6 +6,8 @@
 docs/tetris.md "environment" has the observations, actions and rewards.
 """
 
+import tomllib
+from importlib.resources import files
 from typing import Any, Final, Literal, cast
 
 import numpy as np
@@ -42,17 +44,12 @@ INPUTS: Final[tuple[tuple[Action, ...], ...]] = (
 _ABOVE_ROWS: Final = 4  # rows above the visible ones that an observation shows
 _NUMBERS: Final[dict[Kind | None, int]] = {None: 0} | {kind: n for n, kind in enumerate(KINDS, 1)}
 _CELL: Final = 12  # pixels, the side of a block of a picture
-_COLOURS: Final[dict[str, tuple[int, int, int]]] = {
-    EMPTY: (16, 20, 30),
-    GARBAGE: (112, 120, 140),
-    "I": (77, 208, 225),
-    "O": (255, 213, 79),
-    "T": (186, 104, 200),
-    "S": (129, 199, 100),
-    "Z": (239, 100, 97),
-    "J": (92, 132, 235),
-    "L": (255, 160, 72),
-}
+_THEME: Final = tomllib.loads((files("assets") / "tetris" / "palettes.toml").read_text("utf-8"))[
+    "dark"
+]
+_COLOURS: Final = dict(
+    zip((*KINDS, GARBAGE, EMPTY), (*_THEME["pieces"], _THEME["well"]), strict=True)
+)
 _TURNS: Final = 4
 _KICKS: Final = {Spin.FULL: LAST_KICK, Spin.MINI: 0, Spin.NONE: None}  # judged so; best first
 _STANDARD: Final = Config()
