@@ -119,7 +119,7 @@ def read(data: bytes) -> Lessons:
         )
         frames = _own(arrays, own.hidden.shape[1])
         return Lessons(parts, table, own, known, unpack(arrays), frames, debounce)
-    except (npz.NpzError, BundleError, ConfigError, KeyError) as error:
+    except (npz.ZipError, BundleError, ConfigError, KeyError) as error:
         raise BundleError(notice("the_bundle", error)) from None
 
 

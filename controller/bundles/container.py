@@ -73,7 +73,7 @@ def arrays_of(data: bytes, what: str) -> npz.Arrays:
     """Return the arrays in a part; BundleError if it is damaged."""
     try:
         return npz.unpack(data, MAX_BYTES)
-    except npz.NpzError as error:
+    except npz.ZipError as error:
         raise BundleError(f"has {what} whose file {error}") from None
 
 

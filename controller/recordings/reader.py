@@ -98,7 +98,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
         return
     except OSError as error:
         problem = f"cannot be read: {reason(error)}"
-    except ValueError as error:  # NpzError and RecordingError
+    except ValueError as error:  # ZipError and RecordingError
         problem = str(error)
     raise RecordingError(f"the recording {path} {problem}; name a file made with --record")
 

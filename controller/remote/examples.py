@@ -146,7 +146,7 @@ class ExampleStore:
         match = _FILE.fullmatch(path.name)
         if match is None or len(self.pending) >= MOST:
             return
-        with contextlib.suppress(OSError, npz.NpzError, ValueError):
+        with contextlib.suppress(OSError, npz.ZipError, ValueError):
             arrays = npz.unpack(path, _MAX_BYTES)
             if lessons.fits(arrays, self._grid):
                 (example,) = lessons.unpack(arrays)

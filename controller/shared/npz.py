@@ -55,7 +55,7 @@ _DAMAGE: Final = (*DAMAGE, ValueError, KeyError, IndexError, TypeError, Overflow
 
 
 class ZipError(ValueError):
-    """The file exceeds a limit, or is packed in another way; the message has no subject."""
+    """The file is damaged, exceeds a limit, or holds something else; the message has no subject."""
 
 
 def open_zip(file: IO[bytes], limit_bytes: int, max_members: int) -> zipfile.ZipFile:
@@ -109,10 +109,6 @@ def _check_members(opened: zipfile.ZipFile, limit_bytes: int, max_members: int) 
         raise ZipError("holds two members of one name")
 
 
-class NpzError(ValueError):
-    """The bytes are no archive of plain arrays, or too large a one; the message has no subject."""
-
-
 def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Return the arrays as a compressed `.npz`; the same arrays give the same bytes."""
     buffer = io.BytesIO()
@@ -131,7 +127,7 @@ def unpack(
     Those `mapped` lie in temporary files, for passes by `controller.shared.blocks`.
 
     Raises:
-        NpzError: It is damaged, larger than the limit, or holds anything but plain arrays.
+        ZipError: It is damaged, larger than the limit, or holds anything but plain arrays.
         OSError: The file cannot be read.
     """
     wanted = None if only is None else set(only)
@@ -144,7 +140,7 @@ def unpack(
 
 
 def single(path: Path, limit_bytes: int) -> NDArray[Any]:
-    """Return the array of an `.npy`; NpzError and OSError as from `unpack`."""
+    """Return the array of an `.npy`; ZipError and OSError as from `unpack`."""
     with _open(path, limit_bytes) as file:
         return _array(path.stem, file, _size(file), limit_bytes)
 
@@ -158,21 +154,21 @@ def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
 
 @contextmanager
 def _open(source: Path | bytes, limit_bytes: int) -> Iterator[IO[bytes]]:
-    """Open a file of bounded size; whatever is wrong with it is one `NpzError`."""
+    """Open a file of bounded size; whatever is wrong with it is one `ZipError`."""
     with io.BytesIO(source) if isinstance(source, bytes) else open_regular(source) as file:
         size = _size(file)
         if size > limit_bytes:
-            raise NpzError(f"has {size} bytes, more than the {limit_bytes} allowed")
+            raise ZipError(f"has {size} bytes, more than the {limit_bytes} allowed")
         if size == 0:
-            raise NpzError("is empty")
+            raise ZipError("is empty")
         try:
             yield file
-        except (NpzError, ZipError) as error:
-            raise NpzError(str(error)) from None
+        except ZipError:
+            raise
         except MemoryError:
-            raise NpzError("needs more memory than there is") from None
+            raise ZipError("needs more memory than there is") from None
         except _DAMAGE:
-            raise NpzError("is not a whole .npz archive") from None
+            raise ZipError("is not a whole .npz archive") from None
 
 
 def _size(file: IO[bytes]) -> int:
@@ -189,7 +185,7 @@ def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
             # A name never becomes a path, but it may well be printed.
             name = _NAME.fullmatch(member.orig_filename)
             if name is None:
-                raise NpzError(
+                raise ZipError(
                     f"holds {member.orig_filename[:80]!r} where arrays of plain names belong"
                 )
             with archive.open(member) as stream:
@@ -204,25 +200,25 @@ def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Shape:
     """
     magic = stream.read(8)
     if magic[:6] != b"\x93NUMPY" or magic[6:] not in (b"\x01\x00", b"\x02\x00", b"\x03\x00"):
-        raise NpzError("is not a whole .npz archive")
+        raise ZipError("is not a whole .npz archive")
     length = int.from_bytes(stream.read(2 if magic[6] == 1 else 4), "little")
     if length > MAX_HEADER:
-        raise NpzError(f"holds {name!r} with a header of {length} bytes; {MAX_HEADER} are allowed")
+        raise ZipError(f"holds {name!r} with a header of {length} bytes; {MAX_HEADER} are allowed")
     match = _HEADER.fullmatch(stream.read(length))
     if match is None:
-        raise NpzError(f"holds {name!r}, which is no plain array")
+        raise ZipError(f"holds {name!r}, which is no plain array")
     kind, sizes = (group.decode("latin-1") for group in match.groups())
     if kind.lstrip("<>|=") == "O":
-        raise NpzError(f"holds pickled objects in {name!r}, which are never loaded")
+        raise ZipError(f"holds pickled objects in {name!r}, which are never loaded")
     if not _PLAIN.fullmatch(kind):
-        raise NpzError(f"holds {name!r}, which is no plain array")
+        raise ZipError(f"holds {name!r}, which is no plain array")
     shape = tuple(int(size) for size in sizes.split(",") if size.strip())
     dtype = np.dtype(kind)
     if len(shape) > MAX_DIMENSIONS:
-        raise NpzError(f"holds {name!r} of {len(shape)} dimensions; {MAX_DIMENSIONS} are allowed")
+        raise ZipError(f"holds {name!r} of {len(shape)} dimensions; {MAX_DIMENSIONS} are allowed")
     # An array without elements needs no bytes, but its other sizes must be sane as well.
     if math.prod(max(1, size) for size in shape) * dtype.itemsize > limit_bytes:
-        raise NpzError(f"holds {name!r} with data that does not fit its shape")
+        raise ZipError(f"holds {name!r} with data that does not fit its shape")
     return shape, dtype
 
 
@@ -233,7 +229,7 @@ def _array(
     shape, dtype = _header(name, stream, limit_bytes)
     begin = stream.tell()
     if begin + math.prod(shape) * dtype.itemsize != size:
-        raise NpzError(f"holds {name!r} with data that does not fit its shape")
+        raise ZipError(f"holds {name!r} with data that does not fit its shape")
     stream.seek(0)
     if mapped and b"'fortran_order': False" in stream.read(begin) and size > begin:
         return blocks.mapped(stream, dtype, shape)

@@ -120,7 +120,7 @@ def test_any_array_header_is_refused_or_an_array(text: str) -> None:
     data = one(headed(text.encode(errors="replace")[:4000], bytes(100)))
     try:
         arrays = npz.unpack(data, 10_000)
-    except npz.NpzError:
+    except npz.ZipError:
         return
     assert arrays["frames"].nbytes == 100
 
