@@ -51,7 +51,7 @@ print(json.dumps({
 
 
 def test_a_gesture_is_added_by_its_entry_and_its_movement(tmp_path: Path) -> None:
-    for package in ("controller", "host", "models", "tetris"):
+    for package in ("assets", "controller", "host", "models", "tetris"):
         ignored = shutil.ignore_patterns("__pycache__", "*.onnx", "*.npz")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     with (tmp_path / "controller" / "bundles" / "gestures.toml").open("a") as file:

@@ -17,7 +17,7 @@ from host.app.application import OrbApp
 from host.app.screens.learn import LearnScreen
 from host.cli import play
 from host.connection.receiver import Delivered, Received
-from tetris.kit.pads import BUTTONS
+from tetris.kit.bindings import BUTTONS
 from tetris.window.menu_screen import MenuScreen
 from tetris.window.play_screen import PlayScreen
 

@@ -40,6 +40,12 @@ def _names(kind: str) -> Names:
 
 KEYS: Final = _names("keys")
 PADS: Final = _names("pads")
+MENU: Final = _names("menu")
+BUTTONS: Final[Mapping[int, str]] = {
+    getattr(pygame, f"CONTROLLER_BUTTON_{theirs}"): f"pad_{ours}"
+    for ours, theirs in _DEFAULTS["buttons"].items()
+}
+"""Names of a pad's buttons, by their numbers."""
 ACTIONS: Final = tuple(KEYS)
 """Names of all that can be bound, in the order of the screen on which it is."""
 

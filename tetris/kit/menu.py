@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-import pygame
-
-from tetris.kit.bindings import Code
+from tetris.kit.bindings import MENU, Code, table
 
 Step = Callable[[int], None]
 
@@ -72,23 +70,7 @@ OF_ACTION: Final[Mapping[str, MenuStep]] = {
 }
 """By the name of an action, for controllers that give actions, such as the orb."""
 
-_CODES: Final[Mapping[MenuStep, tuple[Code, ...]]] = {
-    MenuStep.UP: (pygame.K_UP, "pad_up", "stick_up"),
-    MenuStep.DOWN: (pygame.K_DOWN, "pad_down", "stick_down"),
-    MenuStep.LEFT: (pygame.K_LEFT, "pad_left", "stick_left"),
-    MenuStep.RIGHT: (pygame.K_RIGHT, "pad_right", "stick_right"),
-    MenuStep.CONFIRM: (
-        pygame.K_RETURN,
-        pygame.K_KP_ENTER,
-        pygame.K_SPACE,
-        "pad_a",
-        "pad_start",
-    ),
-    MenuStep.BACK: (pygame.K_ESCAPE, pygame.K_BACKSPACE, "pad_b", "pad_back"),
-}
-OF_CODE: Final[Mapping[Code, MenuStep]] = {
-    code: step for step, codes in _CODES.items() for code in codes
-}
+OF_CODE: Final[Mapping[Code, MenuStep]] = table(MenuStep, MENU)
 """By a key, or the name of a pad's button."""
 
 DIRECTIONS: Final = (MenuStep.UP, MenuStep.DOWN, MenuStep.LEFT, MenuStep.RIGHT)

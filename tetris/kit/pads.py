@@ -10,22 +10,8 @@ from typing import Final, NamedTuple
 import pygame
 from pygame._sdl2 import controller
 
-BUTTONS: Final = {
-    pygame.CONTROLLER_BUTTON_A: "pad_a",
-    pygame.CONTROLLER_BUTTON_B: "pad_b",
-    pygame.CONTROLLER_BUTTON_X: "pad_x",
-    pygame.CONTROLLER_BUTTON_Y: "pad_y",
-    pygame.CONTROLLER_BUTTON_BACK: "pad_back",
-    pygame.CONTROLLER_BUTTON_START: "pad_start",
-    pygame.CONTROLLER_BUTTON_LEFTSTICK: "pad_l3",
-    pygame.CONTROLLER_BUTTON_RIGHTSTICK: "pad_r3",
-    pygame.CONTROLLER_BUTTON_LEFTSHOULDER: "pad_l1",
-    pygame.CONTROLLER_BUTTON_RIGHTSHOULDER: "pad_r1",
-    pygame.CONTROLLER_BUTTON_DPAD_UP: "pad_up",
-    pygame.CONTROLLER_BUTTON_DPAD_DOWN: "pad_down",
-    pygame.CONTROLLER_BUTTON_DPAD_LEFT: "pad_left",
-    pygame.CONTROLLER_BUTTON_DPAD_RIGHT: "pad_right",
-}
+from tetris.kit.bindings import BUTTONS
+
 _AXES: Final = {  # below and above the middle
     pygame.CONTROLLER_AXIS_LEFTX: ("stick_left", "stick_right"),
     pygame.CONTROLLER_AXIS_LEFTY: ("stick_up", "stick_down"),

@@ -11,7 +11,7 @@ from tests.support.teaching_window import Window
 from tests.system.pictures import Shelf
 from tests.system.walk import SHUT
 from tetris.engine.game import Phase
-from tetris.kit.pads import BUTTONS
+from tetris.kit.bindings import BUTTONS
 from tetris.window.menu_screen import MenuScreen
 from tetris.window.play_screen import PlayScreen
 
