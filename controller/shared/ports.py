@@ -7,7 +7,9 @@ import errno
 import os
 import re
 import socket
+import tomllib
 from functools import partial
+from importlib.resources import files
 from typing import Any, Final, Protocol
 from urllib.parse import urlsplit
 
@@ -88,33 +90,10 @@ def why(error: BaseException, name: str = "") -> str:
             return _WORDS.get(number) or os.strerror(number).lower()
         inner = inner.__cause__ or inner.__context__
     text = " ".join(str(error).split())
-    return next((words for part, words in _WINDOWS.items() if part in text), text)
+    return next((words for part, words in _SAID["texts"].items() if part in text), text)
 
 
-_ABSENT: Final = "there is no such port"
-_BUSY: Final = "another program uses it"
-_DENIED: Final = "you may not; join the group that owns it (often dialout), and log in again"
-_NO_PORT: Final = "it is not a serial port"
-_DEAD: Final = "no device is behind it; switch it on, or plug it in again"
-_FAR: Final = "it does not answer; check the address, and that the other side is on"
+_SAID: Final = tomllib.loads((files(__package__) / "ports.toml").read_text("utf-8"))
 _WORDS: Final = {
-    errno.ENOENT: _ABSENT,
-    errno.ENOTDIR: _ABSENT,
-    errno.EBUSY: _BUSY,
-    errno.EAGAIN: _BUSY,  # the lock of exclusive=True
-    errno.EACCES: _DENIED,
-    errno.EPERM: _DENIED,
-    errno.ENOTTY: _NO_PORT,
-    errno.EINVAL: _NO_PORT,
-    errno.EISDIR: _NO_PORT,
-    errno.ENXIO: _DEAD,
-    errno.ENODEV: _DEAD,
-    errno.EIO: _DEAD,
-    errno.ECONNREFUSED: "nothing listens there; start the other side first",
-    errno.ETIMEDOUT: _FAR,
-    errno.EHOSTUNREACH: _FAR,
-    errno.ENETUNREACH: _FAR,
-    errno.EHOSTDOWN: _FAR,
+    getattr(errno, name): words for words, names in _SAID["errors"].items() for name in names
 }
-# On Windows pyserial wraps the error in text, and a port in use is "access denied".
-_WINDOWS: Final = {"FileNotFoundError": _ABSENT, "PermissionError": _BUSY, "timed out": _FAR}

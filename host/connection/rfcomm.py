@@ -17,6 +17,8 @@ import select
 import socket
 import struct
 import sys
+import tomllib
+from importlib.resources import files
 from typing import Final
 
 from controller.shared.bluetooth.bluez import CHANNEL
@@ -107,29 +109,10 @@ def explain(url: str, address: str, error: OSError) -> str:
     return reason.format(address=address)
 
 
-_AWAY: Final = "{address} does not answer; is the orb on, near, and not connected elsewhere?"
-_OFF: Final = "there is no Bluetooth adapter, or it is off; bluetoothctl power on"
-_UNPAIRED_ADVICE: Final = (
-    "{address} refuses this computer; pair it in the Bluetooth settings (orbtouch docs bluetooth)"
-)
-_NO_SOCKETS: Final = (
-    "this system has no Bluetooth sockets; open the serial port that pairing made: COM5, "
-    "/dev/cu.OrbTouch (orbtouch docs bluetooth)"
-)
 _REASONS: Final = {
-    errno.EHOSTDOWN: _AWAY,
-    errno.ETIMEDOUT: _AWAY,
-    errno.EHOSTUNREACH: _OFF,
-    errno.ENETDOWN: _OFF,
-    errno.ENODEV: _OFF,
-    errno.ECONNREFUSED: (
-        "{address} refuses the connection; start the orb: controller --link rfcomm:; if it runs, "
-        "pair it again (orbtouch docs bluetooth)"
-    ),
-    errno.EACCES: _UNPAIRED_ADVICE,
-    errno.EPERM: _UNPAIRED_ADVICE,
-    errno.ECONNRESET: _UNPAIRED_ADVICE,
-    errno.EBUSY: "{address} is being connected already; wait a moment, or close the other program",
-    errno.EAFNOSUPPORT: _NO_SOCKETS,
-    errno.EPROTONOSUPPORT: _NO_SOCKETS,
+    getattr(errno, name): words
+    for words, names in tomllib.loads(
+        (files(__package__) / "rfcomm.toml").read_text("utf-8")
+    ).items()
+    for name in names
 }

@@ -32,25 +32,12 @@ class Axis:
 
 
 _CODES: Final = tomllib.loads((files(__package__) / "keys.toml").read_text("utf-8"))
-KEYS: Final[dict[str, Key]] = {name: Key(*codes) for name, codes in _CODES.items()}
-ALIASES: Final = {
-    "esc": "escape", "return": "enter", "control": "ctrl", "del": "delete", "option": "alt",
-    "super": "meta", "win": "meta", "cmd": "meta", "pgup": "pageup", "pgdn": "pagedown",
-}  # fmt: skip
-
+KEYS: Final[dict[str, Key]] = {name: Key(*codes) for name, codes in _CODES["keys"].items()}
+ALIASES: Final[dict[str, str]] = _CODES["aliases"]
 STICK: Final = 32767  # a stick's end; its middle is 0
-# Buttons are BTN_ codes, as Linux names those of a pad; the others are axes.
 PAD: Final[dict[str, int | Axis]] = {
-    "pad_a": 0x130, "pad_b": 0x131, "pad_x": 0x133, "pad_y": 0x134, "pad_lb": 0x136,
-    "pad_rb": 0x137, "pad_lt": 0x138, "pad_rt": 0x139, "pad_select": 0x13A, "pad_start": 0x13B,
-    "pad_guide": 0x13C, "pad_l3": 0x13D, "pad_r3": 0x13E,
-    "pad_left": Axis(0x10, -1), "pad_right": Axis(0x10, 1),
-    "pad_up": Axis(0x11, -1), "pad_down": Axis(0x11, 1),
-    "pad_stick_left": Axis(0, -STICK), "pad_stick_right": Axis(0, STICK),
-    "pad_stick_up": Axis(1, -STICK), "pad_stick_down": Axis(1, STICK),
-    "pad_look_left": Axis(3, -STICK), "pad_look_right": Axis(3, STICK),
-    "pad_look_up": Axis(4, -STICK), "pad_look_down": Axis(4, STICK),
-}  # fmt: skip
+    name: code if isinstance(code, int) else Axis(*code) for name, code in _CODES["pad"].items()
+}
 
 # Chords that end programs and sessions, or reach past the program that has the focus.
 DANGEROUS: Final = (
