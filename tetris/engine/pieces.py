@@ -9,9 +9,11 @@ row takes `STRIDE` bits: a wall, ten columns, and the other wall. Narrower board
 thicker right wall.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from typing import Final, Literal
 
 Kind = Literal["I", "O", "T", "S", "Z", "J", "L"]
@@ -79,46 +81,21 @@ Kicks = Literal["srs", "srs+"]
 KickTable = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]  # (turn, next): shifts (x, y)
 LAST_KICK: Final = 4  # the fifth test, which moves the centre by one column and two rows
 
-_JLSTZ: Final[KickTable] = {
-    (0, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
-    (1, 0): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
-    (1, 2): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
-    (2, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
-    (2, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
-    (3, 2): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
-    (3, 0): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
-    (0, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
+_FILE: Final = tomllib.loads((files("assets") / "tetris" / "kicks.toml").read_text("utf-8"))
+_SHIFTS: Final[dict[str, KickTable]] = {
+    name: {(int(a), int(b)): tuple(map(tuple, tests)) for (a, b), tests in table.items()}
+    for name, table in _FILE.items()
 }
-_I: Final[KickTable] = {
-    (0, 1): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
-    (1, 0): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
-    (1, 2): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
-    (2, 1): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
-    (2, 3): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
-    (3, 2): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
-    (3, 0): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
-    (0, 3): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
-}
-_I_PLUS: Final[KickTable] = {
-    (0, 1): ((0, 0), (1, 0), (-2, 0), (-2, -1), (1, 2)),
-    (1, 0): ((0, 0), (-1, 0), (2, 0), (-1, -2), (2, 1)),
-    (1, 2): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
-    (2, 1): ((0, 0), (-2, 0), (1, 0), (-2, 1), (1, -2)),
-    (2, 3): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
-    (3, 2): ((0, 0), (1, 0), (-2, 0), (1, 2), (-2, -1)),
-    (3, 0): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
-    (0, 3): ((0, 0), (-1, 0), (2, 0), (2, -1), (-1, 2)),
-}
-_O: Final[KickTable] = dict.fromkeys(_JLSTZ, ((0, 0),))  # it never moves
 
 
-def _table(i: KickTable) -> Mapping[str, KickTable]:
-    return dict.fromkeys("TSZJL", _JLSTZ) | {"I": i, "O": _O}
+def _table(i: str) -> Mapping[str, KickTable]:
+    stays = dict.fromkeys(_SHIFTS[i], ((0, 0),))  # O never moves
+    return dict.fromkeys("TSZJL", _SHIFTS["jlstz"]) | {"I": _SHIFTS[i], "O": stays}
 
 
 KICKS: Final[Mapping[Kicks, Mapping[str, KickTable]]] = {
-    "srs": _table(_I),
-    "srs+": _table(_I_PLUS),
+    "srs": _table("i"),
+    "srs+": _table("i_plus"),
 }  # by the kind of the piece
 
 

@@ -22,17 +22,10 @@ from tetris.kit.theme import Colour
 
 # Faults that the virtual orb knows, and the place of each: docs/simulator.md.
 FAULTS: Final = {
-    "dead": "taxel",
-    "leaky": "taxel",
-    "open_row": "row",
-    "open_column": "column",
-    "short_row": "row",
-    "short_column": "column",
-    "air_leak": "",
-    "temperature": "",
-    "saturation": "",
-    "mains": "",
-    "jitter": "",
+    **dict.fromkeys(("dead", "leaky"), "taxel"),
+    **dict.fromkeys(("open_row", "short_row"), "row"),
+    **dict.fromkeys(("open_column", "short_column"), "column"),
+    **dict.fromkeys(("air_leak", "temperature", "saturation", "mains", "jitter"), ""),
 }
 _KINDS: Final = ("", *FAULTS)
 # Ages in s, newest last, images of z - 1 and probabilities.
