@@ -15,7 +15,8 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -87,29 +88,32 @@ def run(
         OSError: The process cannot be started.
     """
     environment = {**os.environ, **dict.fromkeys(_ENV, "1")}
-    with (
-        subprocess.Popen(
-            COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
-        ) as process,
-        _deadline(process.kill, deadline_s) as late,
-    ):
+    began_s = time.monotonic()
+    with subprocess.Popen(
+        COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
+    ) as process:
         assert process.stdin is not None
         assert process.stdout is not None
+        deadline = threading.Timer(deadline_s, process.kill)
+        deadline.start()
         answer: Any = None
-        with contextlib.suppress(BrokenPipeError, EOFError, pickle.UnpicklingError):
-            pickle.dump(work, process.stdin)
-            process.stdin.flush()
-            while isinstance(answer := pickle.load(process.stdout), float):
-                progress(answer)
-        status = process.wait()
+        try:
+            with contextlib.suppress(BrokenPipeError, EOFError, pickle.UnpicklingError):
+                pickle.dump(work, process.stdin)
+                process.stdin.flush()
+                while isinstance(answer := pickle.load(process.stdout), float):
+                    progress(answer)
+            status = process.wait()
+        finally:
+            deadline.cancel()
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
-        if late.is_set():
-            raise AdaptError(notice("learn_late", deadline_s))
-        if isinstance(answer, str):
-            raise AdaptError(answer)
-        if answer is None or isinstance(answer, float):
-            raise AdaptError(notice("learn_ended", status))
+    if time.monotonic() - began_s >= deadline_s:
+        raise AdaptError(notice("learn_late", deadline_s))
+    if isinstance(answer, str):
+        raise AdaptError(answer)
+    if answer is None or isinstance(answer, float):
+        raise AdaptError(notice("learn_ended", status))
     made: Made = answer
     return made
 
@@ -237,23 +241,6 @@ def correct(
 def _corrections(path: Path) -> int:
     """Return the number of corrections in a bundle."""
     return sum(str(note).startswith(CORRECTED) for note in bundles.read(path).card.get("added", []))
-
-
-@contextlib.contextmanager
-def _deadline(kill: Callable[[], None], seconds: float) -> Iterator[threading.Event]:
-    """Call `kill` after the deadline, and set the event."""
-    late = threading.Event()
-
-    def end() -> None:
-        late.set()
-        kill()
-
-    timer = threading.Timer(seconds, end)
-    timer.start()
-    try:
-        yield late
-    finally:
-        timer.cancel()
 
 
 def _end_with(pipe: int) -> None:
