@@ -17,12 +17,6 @@ Result = TypeVar("Result")
 THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-def spare() -> None:
-    """Give processes that begin from now on one thread each, unless the environment has another."""
-    for variable in THREADS:
-        os.environ.setdefault(variable, "1")
-
-
 @contextmanager
 def deaf() -> Iterator[None]:
     """Let processes that begin in here never get Ctrl-C; ours comes afterwards."""
@@ -54,7 +48,8 @@ def _results(
     if workers < 2:
         yield from ((key, job()) for key, job in jobs.items())
         return
-    spare()
+    for variable in THREADS:  # unless the environment has another number
+        os.environ.setdefault(variable, "1")
     context = multiprocessing.get_context("spawn")
     made = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
     try:

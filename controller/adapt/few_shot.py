@@ -258,7 +258,7 @@ class _Lesson:
         progress(_PREPARED)
         learned, judging = self.own.split(self.labels)
         own = self.own.embedding[learned.windows]
-        embedding = np.concatenate([self.known.embedding, self._embed(windows), own])
+        embedding = np.concatenate([self.known.embedding, _embed(self.embedding, windows), own])
         progress(_READY)
         logits, old = self.head.logits(embedding), len(self.known.embedding)
         trained = logits.shape[1]
@@ -311,11 +311,8 @@ class _Lesson:
             whole = np.concatenate([np.repeat(images[:1], self.window - 1, axis=0), images])
             frames = np.arange(len(images))[:, None] + np.arange(self.window)
             cut.append(whole[frames].astype(np.float32))
-        answers = head.probabilities(self._embed(np.concatenate(cut)))
+        answers = head.probabilities(_embed(self.embedding, np.concatenate(cut)))
         return np.split(answers, np.cumsum([len(images) for images in seen])[:-1])
-
-    def _embed(self, windows: Windows) -> Matrix:
-        return _embed(self.embedding, windows)
 
     def _windows(
         self, one: Example, alike: int, rng: np.random.Generator

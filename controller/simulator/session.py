@@ -21,7 +21,6 @@ LABELS: Final = ("null", *GESTURES)
 
 # Families of seeds that never meet. (The virtual orb that people play with is family 1.)
 TRAINING: Final = 0  # only training may use it
-EVALUATION: Final = 3  # sessions whose seeds training never saw
 DATA: Final = 4  # data sets: models/data/simulate.py
 # Seeds of data sets that are for tests: no training and no tuning accepts them.
 TEST_SEEDS: Final = range(900_000, 1_000_000)
@@ -51,7 +50,6 @@ def simulate(
     seed: int | Sequence[np.random.SeedSequence],
     minutes: float,
     *,
-    domain: int = TRAINING,
     user: int | None = None,
     style: UserStyle | None = None,
     pointer: bool = False,
@@ -71,8 +69,7 @@ def simulate(
     Args:
         seed: Which session; or the seeds of its orb, people, order, placement and button.
         minutes: Its length.
-        domain: Family of seeds; unused where five are given.
-        user: Which user of the domain; by default the session's own.
+        user: Which user; by default the session's own.
         style: A user in place of a drawn one.
         pointer: The touches are a pointer's on a screen, not a hand's.
         rate_hz: Frames per second.
@@ -90,10 +87,10 @@ def simulate(
         ValueError: The hand does not know a gesture.
     """
     if isinstance(seed, int):
-        seed = np.random.SeedSequence([domain, seed]).spawn(5)
+        seed = np.random.SeedSequence([TRAINING, seed]).spawn(5)
     orb, people, order, placement, labeller = seed
     if user is not None:
-        people = np.random.SeedSequence([domain, 1_000_000 + user])
+        people = np.random.SeedSequence([TRAINING, 1_000_000 + user])
     rng = np.random.default_rng(order)
     style = draw_mood(style or draw_style(np.random.default_rng(people)), rng)
     style = replace(style, pointer=pointer)

@@ -34,14 +34,6 @@ class LeakError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Fold:
-    """One way to train on some windows and test on others."""
-
-    train: Index  # positions of the training windows in `ends`
-    test: Index  # positions of the test windows
-
-
-@dataclass(frozen=True, slots=True)
 class Parts:
     """The parts of a training's examples, by their positions."""
 
@@ -63,21 +55,23 @@ class Split:
 # --- folds of windows -----------------------------------------------------------------------------
 
 
-def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> Fold:
-    """Test on the last of `BLOCKS` blocks of each session (frames,), a window after training."""
+def last_blocks(ends: Index, window: int, session: NDArray[np.integer]) -> tuple[Mask, Mask]:
+    """Return which windows train, and which test, (windows,), by the session of frames (frames,).
+
+    The last of `BLOCKS` blocks of each session is tested on, a window after training.
+    """
     last = np.zeros(len(session), dtype=np.bool_)
     for name in np.unique(session):
         frames = np.flatnonzero(session == name)
         last[frames[-(len(frames) // BLOCKS) :]] = len(frames) >= BLOCKS
-    train = ~_windows_near(last, ends, window, gap=window)
-    return _fold(ends, window, train, ~_windows_near(~last, ends, window))
+    return ~_windows_near(last, ends, window, gap=window), ~_windows_near(~last, ends, window)
 
 
-def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
-    """Return the paper's protocol: windows at random. It leaks; its score is for comparison."""
+def random_windows(count: int, share: float, rng: np.random.Generator) -> Mask:
+    """Return which windows the paper's protocol tests on, (count,): it leaks, for comparison."""
     tested = np.zeros(count, dtype=np.bool_)
     tested[rng.choice(count, max(1, round(share * count)), replace=False)] = True
-    return Fold(np.flatnonzero(~tested), np.flatnonzero(tested))
+    return tested
 
 
 def require(name: str) -> str:
@@ -92,10 +86,10 @@ def require(name: str) -> str:
     return name
 
 
-def check(fold: Fold, ends: Index, window: int) -> None:
-    """Raise LeakError if a frame is in a training window and in a test window of a fold."""
+def check(train: Mask, test: Mask, ends: Index, window: int) -> None:
+    """Raise LeakError if a frame is in a window that trains and in one that tests, (windows,)."""
     size = int(ends.max(initial=0)) + 1
-    both = covered(ends[fold.train], window, size) & covered(ends[fold.test], window, size)
+    both = covered(ends[train], window, size) & covered(ends[test], window, size)
     if both.any():
         raise LeakError(
             f"a split has {int(both.sum())} frames on both sides; leave a gap of a window between "
@@ -117,7 +111,7 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
     chosen = require(by) if by else "session" if many else "time"
     held = np.zeros(len(data.rows), dtype=np.bool_)
     if chosen == "time":
-        fold = last_blocks(examples.ends, examples.window, examples.session)
+        train, test = last_blocks(examples.ends, examples.window, examples.session)
         words = (
             f"the last of {BLOCKS} blocks of every session is held out, a window's length apart; "
             f"{FEW} sessions or more would say more about another day"
@@ -129,13 +123,14 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
             raise ValueError(f"there is only one {chosen}; record another, or use --split time")
         taken = spread(names, min(MOST, max(1, round(SHARE * len(names)))))
         held = np.isin(groups, taken)
-        tested = held[examples.session[examples.ends]]
-        fold = _fold(examples.ends, examples.window, ~tested, tested)
+        test = held[examples.session[examples.ends]]
+        train = ~test
         paths = [Path(row.path) for row, out in zip(data.rows, held, strict=True) if out]
         listed = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
         more = ", ..." if len(paths) > 4 else ""
         words = f"{len(taken)} of {len(names)} {chosen}s held out: {listed}{more}"
-    return Split(words, held, parts_of(fold.train, fold.test, seed))
+    check(train, test, examples.ends, examples.window)
+    return Split(words, held, parts_of(np.flatnonzero(train), np.flatnonzero(test), seed))
 
 
 def undivided(count: int, seed: int) -> Parts:
@@ -219,19 +214,12 @@ def parts_of(train: Index, test: Index, seed: int) -> Parts:
     """Return the parts of training (n,) and test examples (m,), a few of the former at random."""
     share = min(RANDOM_MOST, max(RANDOM_SHARE, RANDOM_LEAST / max(1, len(train))))
     random = random_windows(len(train), share, np.random.default_rng((seed, 2)))
-    return Parts(train[random.train], test, train[random.test])
+    return Parts(train[~random], test, train[random])
 
 
 def spread(names: Index, count: int) -> Index:
     """Return so many of the names (groups,), evenly spread over them, (count,)."""
     return np.asarray(names[((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)])
-
-
-def _fold(ends: Index, window: int, train: Mask, test: Mask) -> Fold:
-    """Return a fold from which windows train, and which test, both (windows,); it is checked."""
-    fold = Fold(np.flatnonzero(train), np.flatnonzero(test))
-    check(fold, ends, window)
-    return fold
 
 
 def covered(ends: Index, window: int, size: int) -> Mask:

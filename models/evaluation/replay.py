@@ -81,39 +81,6 @@ def run(bundle: Bundle, networks: Batched, recording: Recording, truth: GroundTr
     """Replay a recording through a bundle's stages; raise RecordingError if it does not fit."""
     refuse(recording, bundle)
     inputs = network_inputs(recording.frames, bundle.preprocess)
-    return replay(bundle, networks, recording, truth, inputs)
-
-
-def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
-    """Return the windows of frames (n, rows, columns), by the device's preprocessing."""
-    stage = Preprocessor(settings, *frames.shape[1:])
-    windows: list[Window] = []
-    last: list[int] = []
-    idle: list[float] = []
-    contact, levels = ContactLevel(*frames.shape[1:]), np.zeros(len(frames))
-    rest: Frame | None = None
-    for number, frame in enumerate(frames):
-        prepared = stage.step(frame)
-        if prepared.ready:
-            levels[number] = contact.step(prepared.image, prepared.idle)
-            rest = stage.rest if rest is None else rest
-        if prepared.ready and (window := stage.window()) is not None:
-            windows.append(window)
-            last.append(number)
-            idle.append(prepared.idle)
-    empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
-    stacked = np.stack(windows) if windows else empty
-    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle), levels, rest)
-
-
-def replay(
-    bundle: Bundle,
-    networks: Batched,
-    recording: Recording,
-    truth: GroundTruth,
-    inputs: NetworkInputs,
-) -> Stream:
-    """Replay a recording whose windows are computed already."""
     outputs = networks.probabilities(inputs.windows)
     computed = _ComputedOutputs(outputs)
     pipeline = Pipeline(bundle.settings, computed, bundle.mapping)
@@ -136,6 +103,28 @@ def replay(
         sigmas,
         tuple(fired),
     )
+
+
+def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
+    """Return the windows of frames (n, rows, columns), by the device's preprocessing."""
+    stage = Preprocessor(settings, *frames.shape[1:])
+    windows: list[Window] = []
+    last: list[int] = []
+    idle: list[float] = []
+    contact, levels = ContactLevel(*frames.shape[1:]), np.zeros(len(frames))
+    rest: Frame | None = None
+    for number, frame in enumerate(frames):
+        prepared = stage.step(frame)
+        if prepared.ready:
+            levels[number] = contact.step(prepared.image, prepared.idle)
+            rest = stage.rest if rest is None else rest
+        if prepared.ready and (window := stage.window()) is not None:
+            windows.append(window)
+            last.append(number)
+            idle.append(prepared.idle)
+    empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
+    stacked = np.stack(windows) if windows else empty
+    return NetworkInputs(stacked, np.array(last, dtype=np.int64), np.array(idle), levels, rest)
 
 
 def debounced_stream(

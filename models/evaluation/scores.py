@@ -6,13 +6,13 @@ deviation in grid units: the maximum-likelihood ones of normal errors.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.touch_position import PositionSpread
+from controller.shared.aliases import Index
 from models.data.examples import Examples
 from models.evaluation import bootstrap
 from models.results.training import Calibration, HeldOutScore
@@ -74,16 +74,12 @@ def confusion(
     return tuple(map(tuple, count.reshape(classes, classes).tolist()))
 
 
-@dataclass(frozen=True, slots=True)
-class Events:
-    """Runs of windows of one gesture."""
+def events(examples: Examples, ends: Index, probabilities: Probabilities) -> tuple[Index, Index]:
+    """Return the class of each event among windows that end at `ends`, and its name, (events,).
 
-    label: NDArray[np.int64]  # class of each, (events,)
-    named: NDArray[np.int64]  # class that its mean probability names, null aside, (events,)
-
-
-def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabilities) -> Events:
-    """Return the events among windows that end at `ends`, named by (windows, classes)."""
+    An event is a run of windows of one gesture, named by the mean of their probabilities, (windows,
+    classes), null aside.
+    """
     label = examples.label[ends]
     # A frame of unknown class at an edge parts nothing; a longer silence does.
     begins = examples.begins(ends, gap=2)
@@ -92,7 +88,7 @@ def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabili
     total = np.zeros((len(of), probabilities.shape[1]))
     np.add.at(total, run, probabilities)
     gesture = of > 0
-    return Events(of[gesture], 1 + total[gesture, 1:].argmax(axis=1))
+    return of[gesture], 1 + total[gesture, 1:].argmax(axis=1)
 
 
 def score_windows(

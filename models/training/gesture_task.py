@@ -140,14 +140,14 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
         for parameter in net.get_submodule("out").parameters():
             parameter.div_(temperature)
     named = logits.argmax(axis=1)
-    events = scores.events(examples, ends["check"], scores.softmax(logits, temperature))
-    right = events.named == events.label
+    made, called = scores.events(examples, ends["check"], scores.softmax(logits, temperature))
+    right = called == made
     result = GestureResult(
         epochs,
         scores.score_windows(examples, (ends["check"], named), (ends["random"], random), classes),
         float(right.mean()) if len(right) else np.nan,
         scores.confusion(named, label, classes),
-        scores.confusion(events.named, events.label, classes),
+        scores.confusion(called, made, classes),
         scores.calibration(logits, label, temperature),
         net.weights(),
     )

@@ -161,9 +161,7 @@ def train_users(
 
 def random_windows(windows: int, seed: int) -> NDArray[np.bool_]:
     """Return which windows are judged by the paper's protocol, drawn at random, (windows,)."""
-    out = np.zeros(windows, dtype=np.bool_)
-    out[splits.random_windows(windows, RANDOM, np.random.default_rng(seed)).test] = True
-    return out
+    return splits.random_windows(windows, RANDOM, np.random.default_rng(seed))
 
 
 def probabilities(net: nn.Module, gestures: UserGestures, ends: Index) -> NDArray[np.float32]:

@@ -20,7 +20,6 @@ Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
 # of both presets have -2.3 ... -1.0 (99 of 100 below -1.04); the same touches taken for rest and
 # then lifted, 1.05 and more. Random drift lies between.
 LIFTED: Final = 0.7
-TOUCHED: Final = -LIFTED
 # Correlation of neighbours, as the dome spreads a touch: the same touches have .42 and more (99 of
 # 100 above .58), independent taxels below .35 (99 of 100).
 _SMOOTH: Final = 0.4

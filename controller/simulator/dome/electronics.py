@@ -93,11 +93,6 @@ class Electronics:
         self._frames = 0
         self._since: dict[Fault, int] = {}  # fault -> frame in which it was switched on
 
-    @property
-    def faults(self) -> frozenset[Fault]:
-        """The faults that are switched on."""
-        return frozenset(self._since)
-
     def switch(self, faults: Iterable[Fault], on: bool = True) -> None:
         """Switch faults on or off; what leaks or drifts begins anew."""
         for fault in faults:

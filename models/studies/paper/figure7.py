@@ -24,7 +24,7 @@ from controller.simulator.hand.session_script import SessionScript
 from controller.simulator.hand.user_style import person
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.session import LABELS
-from models.data import label_repair, splits, touch_images
+from models.data import label_repair, touch_images
 from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import (
@@ -184,8 +184,8 @@ def _judged(session: NDArray[np.integer]) -> dict[str, Index]:
 
 def _parts(own: Index, check: Index, kept: Index, seed: int) -> Parts:
     """Split a user's examples as the paper, (n,), some kept for training and test."""
-    random = splits.random_windows(len(own), user_task.RANDOM, np.random.default_rng(seed))
-    train, test = (np.intersect1d(own[part], kept) for part in (random.train, random.test))
+    random = user_task.random_windows(len(own), seed)
+    train, test = (np.intersect1d(own[part], kept) for part in (~random, random))
     return Parts(train, check, test)
 
 
@@ -208,8 +208,8 @@ def _right_events(trained: GestureTask, at: Index) -> float:
     """Return the share of gestures in windows (n,) that their mean probability names."""
     ends = trained.examples.ends[at]
     logits, _ = trained.answers(ends)
-    found = scores.events(trained.examples, ends, scores.softmax(logits.numpy()))
-    return float((found.named == found.label).mean())
+    label, named = scores.events(trained.examples, ends, scores.softmax(logits.numpy()))
+    return float((named == label).mean())
 
 
 def places(preset: str, name: str, settings: Settings) -> Experiment:

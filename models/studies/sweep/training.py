@@ -156,9 +156,9 @@ def _judged(unseen: Data, probabilities: NDArray[np.floating]) -> list[Result]:
     session = examples.session[examples.ends]
     for number in np.unique(session):
         ends, own = examples.ends[session == number], probabilities[session == number]
-        events = scores.events(examples, ends, own.astype(np.float64))
+        label, named = scores.events(examples, ends, own.astype(np.float64))
         right = own.argmax(axis=1) == examples.label[ends]
-        held.append(_session(unseen, number, frames=right, events=events.named == events.label))
+        held.append(_session(unseen, number, frames=right, events=named == label))
     return held
 
 

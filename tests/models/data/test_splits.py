@@ -16,23 +16,23 @@ def test_the_last_sixth_is_a_window_away_from_the_rest(lengths: list[int], windo
     ends = np.array(
         [e for s, n in zip(starts, lengths, strict=True) for e in range(s + window - 1, s + n)]
     )
-    fold = splits.last_blocks(ends, window, session)
+    train, test = splits.last_blocks(ends, window, session)
+    splits.check(train, test, ends, window)
     last = {f for s, n in zip(starts, lengths, strict=True) for f in range(s + n - n // 6, s + n)}
     trained, tested = (
-        {f for e in ends[part] for f in range(e - window + 1, e + 1)}
-        for part in (fold.train, fold.test)
+        {f for e in ends[part] for f in range(e - window + 1, e + 1)} for part in (train, test)
     )
     assert tested <= last
     assert all(f + d not in last for f in trained for d in range(-window, window + 1))
-    assert len(fold.test) == sum(max(0, n // 6 - window + 1) for n in lengths)
+    assert test.sum() == sum(max(0, n // 6 - window + 1) for n in lengths)
 
 
 def test_windows_at_random_share_nearly_every_frame() -> None:
     ends = np.arange(9, 2000)
-    fold = splits.random_windows(len(ends), 0.2, np.random.default_rng(1))
-    assert len(fold.test) == round(0.2 * len(ends))
+    test = splits.random_windows(len(ends), 0.2, np.random.default_rng(1))
+    assert test.sum() == round(0.2 * len(ends))
     with pytest.raises(LeakError, match="frames on both sides"):
-        splits.check(fold, ends, 10)
+        splits.check(~test, test, ends, 10)
 
 
 def test_asking_for_random_windows_is_refused_with_the_reason() -> None:

@@ -42,9 +42,9 @@ def test_an_event_is_named_by_its_mean_probability_and_null_has_no_vote() -> Non
          sure[2]]
     )  # fmt: skip
     ends = np.array([0, 1, 2, 3, 4, 5, 7, 8])  # frame 6 is unclear and parts nothing
-    events = scores.events(found, ends, probabilities)
-    assert events.label.tolist() == [1, 2, 2]  # the last one is of another session
-    assert events.named.tolist() == [1, 1, 2]
+    label, named = scores.events(found, ends, probabilities)
+    assert label.tolist() == [1, 2, 2]  # the last one is of another session
+    assert named.tolist() == [1, 1, 2]
 
 
 def test_honest_and_random_scores_stand_side_by_side_with_their_gap() -> None:

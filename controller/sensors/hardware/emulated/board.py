@@ -138,12 +138,6 @@ class EmulatedBoard:
             (pin.drive_low if down else pin.drive_high)()
 
     @property
-    def lit(self) -> bool:
-        """Whether the LED shines."""
-        led = self.wiring.led
-        return led is not None and self.factory.outputs.get(led, False)
-
-    @property
     def pumping(self) -> bool:
         """Whether the pump runs."""
         pump = self.wiring.pump

@@ -10,7 +10,7 @@ from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.taxel_measures import noisy
 from controller.simulator.dome.faults import Fault
 from controller.simulator.orb import NOMINAL, preset
-from controller.simulator.session import EVALUATION, simulate
+from controller.simulator.session import simulate
 from tests.benchmarks import phantom
 
 CENTRES = np.random.default_rng(1).uniform(-0.5, 4.5, (400, 2))
@@ -116,9 +116,8 @@ def test_several_fingers_around_a_taxel_say_nothing_of_it() -> None:
 
 @pytest.mark.parametrize("name", ["nominal", "paper-snr"])
 def test_a_dead_taxel_of_a_simulated_orb_is_found_in_play(name: str) -> None:
-    session = simulate(7, 2.0, domain=EVALUATION, model=preset(name), faults=[
-        Fault.parse("dead:2,1")
-    ])  # fmt: skip
+    seeds = np.random.SeedSequence([3, 7]).spawn(5)
+    session = simulate(seeds, 2.0, model=preset(name), faults=[Fault.parse("dead:2,1")])
     stage = Preprocessor(PreprocessSettings(), NOMINAL.rows, NOMINAL.columns)
     prepared = [stage.step(frame) for frame in session.frames][-1]
     assert prepared.dead is not None
