@@ -34,13 +34,13 @@ _DEFAULTS: Final = tomllib.loads((files("assets") / "tetris" / "bindings.toml").
 _CAPS: Final[Mapping[str, str]] = _DEFAULTS["captions"]
 
 
-def _names(kind: str) -> Names:
-    return MappingProxyType({action: tuple(names) for action, names in _DEFAULTS[kind].items()})
+def names(kind: str) -> Names:
+    """Return a table of the file: `keys` and `pads` of actions, `menu` and `orb` of menu steps."""
+    return MappingProxyType({action: tuple(given) for action, given in _DEFAULTS[kind].items()})
 
 
-KEYS: Final = _names("keys")
-PADS: Final = _names("pads")
-MENU: Final = _names("menu")
+KEYS: Final = names("keys")
+PADS: Final = names("pads")
 BUTTONS: Final[Mapping[int, str]] = {
     getattr(pygame, f"CONTROLLER_BUTTON_{theirs}"): f"pad_{ours}"
     for ours, theirs in _DEFAULTS["buttons"].items()

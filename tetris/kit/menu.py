@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from tetris.kit.bindings import MENU, Code, table
+from tetris.kit.bindings import Code, names, table
 
 Step = Callable[[int], None]
 
@@ -59,18 +59,12 @@ class MenuStep(Enum):
     BACK = "back"
 
 
-OF_ACTION: Final[Mapping[str, MenuStep]] = {
-    "left": MenuStep.LEFT,
-    "right": MenuStep.RIGHT,
-    "down": MenuStep.DOWN,
-    "hard_drop": MenuStep.CONFIRM,
-    "rotate_cw": MenuStep.DOWN,
-    "rotate_ccw": MenuStep.UP,
-    "pause": MenuStep.BACK,
+OF_ACTION: Final = {
+    action: MenuStep(step) for step, actions in names("orb").items() for action in actions
 }
 """By the name of an action, for controllers that give actions, such as the orb."""
 
-OF_CODE: Final[Mapping[Code, MenuStep]] = table(MenuStep, MENU)
+OF_CODE: Final[Mapping[Code, MenuStep]] = table(MenuStep, names("menu"))
 """By a key, or the name of a pad's button."""
 
 DIRECTIONS: Final = (MenuStep.UP, MenuStep.DOWN, MenuStep.LEFT, MenuStep.RIGHT)

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import asyncio
 import os
+import tomllib
 from collections.abc import Callable
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
 from controller.shared.errors import TroubleError, how_to_install
@@ -157,7 +159,7 @@ class Bus:
             if name in ("", path.rpartition("/")[2], properties.get("Address")):
                 return path
         if not await self.running():
-            raise BluetoothError(_START)
+            raise BluetoothError(_WORDS[_ABSENT[0]])
         if name and found:
             there = ", ".join(path.rpartition("/")[2] for path in found)
             raise BluetoothError(f"there is no Bluetooth adapter {name}; there is {there}")
@@ -279,20 +281,9 @@ def explain(name: str, text: str) -> str:
     return _WORDS[name].format(text=text or name) if name in _WORDS else text or name
 
 
-_ABSENT: Final = (
-    "org.freedesktop.DBus.Error.ServiceUnknown",
-    "org.freedesktop.DBus.Error.NameHasNoOwner",
-)
-_START: Final = "the Bluetooth service is not running; sudo systemctl enable --now bluetooth"
+_SAID: Final = tomllib.loads((files(__package__) / "bluez.toml").read_text("utf-8"))
 _WORDS: Final = {
-    **dict.fromkeys(_ABSENT, _START),
-    "org.freedesktop.DBus.Error.AccessDenied": (
-        "this user may not use Bluetooth; sudo usermod -aG bluetooth $USER, and log in again"
-    ),
-    "org.bluez.Error.NotPermitted": (
-        "BlueZ does not permit it ({text}); another program may have it: is a second controller "
-        "running?"
-    ),
-    "org.bluez.Error.AlreadyExists": "another program has registered it already; end that one",
-    "org.bluez.Error.NotReady": "the adapter is off; bluetoothctl power on",
+    **{f"{_DBUS}.Error.{name}": words for name, words in _SAID["freedesktop"].items()},
+    **{f"{BLUEZ}.Error.{name}": words for name, words in _SAID["bluez"].items()},
 }
+_ABSENT: Final = (f"{_DBUS}.Error.ServiceUnknown", f"{_DBUS}.Error.NameHasNoOwner")
