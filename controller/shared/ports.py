@@ -10,29 +10,13 @@ import socket
 import tomllib
 from functools import partial
 from importlib.resources import files
-from typing import Any, Final, Protocol
+from typing import Any, Final
 from urllib.parse import urlsplit
 
 import serial
 
 BAUD: Final = 115_200  # for a real serial line; Bluetooth, USB, ptys and TCP ignore it
 OPEN_S: Final = 3.0  # until a TCP connection counts as refused
-
-
-class Stream(Protocol):
-    """A non-blocking byte stream, such as a socket. A lost connection raises OSError."""
-
-    def fileno(self) -> int:
-        """Return the file descriptor for `select`."""
-
-    def recv(self, size: int, /) -> bytes:
-        """Return available bytes, b"" at the end, or raise BlockingIOError."""
-
-    def send(self, data: bytes, /) -> int:
-        """Write bytes and return how many, or raise BlockingIOError."""
-
-    def close(self) -> None:
-        """Close the stream."""
 
 
 class SerialStream:
@@ -44,6 +28,10 @@ class SerialStream:
         os.set_blocking(number, False)
         self.fileno, self.close = port.fileno, port.close
         self.recv, self.send = partial(os.read, number), partial(os.write, number)
+
+
+Stream = socket.socket | SerialStream
+"""A byte stream that raises BlockingIOError in place of waiting, and OSError when it is lost."""
 
 
 def open_port(url: str, baud: int = BAUD) -> Any:

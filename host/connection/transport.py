@@ -12,7 +12,7 @@ import io
 import select
 import socket
 import threading
-from typing import Any, Protocol
+from typing import Any
 
 from controller.shared import ports
 from host.connection import rfcomm
@@ -20,24 +20,6 @@ from host.connection.rfcomm import LinkError as LinkError
 
 CHUNK = 16 * 1024  # bytes per read
 BACKLOG = 64 * 1024  # bytes that may wait for a device; one that takes no more is gone
-
-
-class Transport(Protocol):
-    """An open port, by the name that the user calls it. OSError: it has gone. One thread reads."""
-
-    name: str
-
-    def read(self, timeout_s: float) -> bytes:
-        """Return what has come, as soon as something has; b"" after the timeout or `wake`."""
-
-    def write(self, data: bytes) -> None:
-        """Send, without waiting; what does not fit now is sent while `read` waits."""
-
-    def wake(self) -> None:
-        """Let a waiting `read` return."""
-
-    def close(self) -> None:
-        """Let go of the port. The reading thread calls this."""
 
 
 def open_transport(url: str) -> Transport:
@@ -153,3 +135,7 @@ class _Polled:
     def close(self) -> None:
         """Let go of the port."""
         self._port.close()
+
+
+Transport = _Selected | _Polled
+"""An open port, by the name that the user calls it. OSError: it has gone. One thread reads."""

@@ -21,7 +21,7 @@ from host.connection import discovery
 from host.connection.device_store import DeviceStore
 from host.connection.discovery import Answer, DevicePort, Port
 from host.connection.receiver import Connected
-from host.connection.transport import LinkError, open_transport
+from host.connection.transport import LinkError, _Polled, open_transport
 from tests.support.fake_device import welcome
 from tests.support.pytest_types import Capture, Patch
 from tests.support.serial_cable import Cable
@@ -113,10 +113,13 @@ def test_orb_with_a_key_is_found_with_it(desk: Desk, memory: DeviceStore, tmp_pa
     assert "cannot read the key" in discovery.ask(Port(port, str(tmp_path / "none"))).why
 
 
-class Mute:
+class Mute(_Polled):
     """A port behind which nobody is."""
 
     name = "mute"
+
+    def __init__(self) -> None:
+        pass
 
     def read(self, timeout_s: float) -> bytes:
         return b""

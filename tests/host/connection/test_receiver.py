@@ -40,7 +40,7 @@ from host.connection.receiver import (
     Receiver,
     Refused,
 )
-from host.connection.transport import Transport, open_transport
+from host.connection.transport import Transport, _Polled, open_transport
 from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
@@ -541,7 +541,7 @@ def test_an_orb_of_our_own_hears_of_our_end_from_its_input(device: VirtualOrbPro
 # --- the receiver's own limits ---
 
 
-class Scripted:
+class Scripted(_Polled):
     """A transport that says what it is given."""
 
     name = "script"
