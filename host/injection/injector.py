@@ -11,7 +11,6 @@ import queue
 import subprocess
 import sys
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import IO, Final
 
@@ -28,29 +27,7 @@ _BY_HAND: Final = "press it once on your own keyboard"
 _GUARD: Final = (sys.executable, "-m", "host.injection.watchdog")
 
 
-class Sender(ABC):
-    """A sink of strokes."""
-
-    @abstractmethod
-    def start(self) -> str:
-        """Start, or start again; return the name of the back end, "" if it was running.
-
-        BackendError if no key can be pressed here.
-        """
-
-    @abstractmethod
-    def send(self, strokes: Iterable[Stroke]) -> None:
-        """Execute strokes, in order."""
-
-    def check(self) -> str:
-        """Send a heartbeat; return a sentence if all presses have ended, else ""."""
-        return ""
-
-    def close(self) -> None:  # noqa: B027
-        """Release all keys, and end."""
-
-
-class Injector(Sender):
+class Injector:
     """A watchdog process that presses keys.
 
     Attributes:
@@ -84,7 +61,10 @@ class Injector(Sender):
         self._trouble = ""
 
     def start(self) -> str:
-        """Start the watchdog if there is none; return its back end, "" if there is one."""
+        """Start the watchdog if there is none; return its back end, "" if there is one.
+
+        BackendError if no key can be pressed here.
+        """
         if self.process is not None:
             return ""
         self._release_spare()
@@ -272,7 +252,7 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
     answers.put(None)
 
 
-class PrintingSender(Sender):
+class PrintingSender:
     """Printer of strokes, for --backend print."""
 
     def __init__(self, print_line: Callable[[str], None]) -> None:
@@ -288,3 +268,13 @@ class PrintingSender(Sender):
         """Print strokes."""
         for stroke in strokes:
             self._print_line(f"{'press' if stroke.down else 'release'} {stroke.key}")
+
+    def check(self) -> str:
+        """Return "": nothing can fail."""
+        return ""
+
+    def close(self) -> None:
+        """Do nothing: no key is down."""
+
+
+Sender = Injector | PrintingSender

@@ -14,7 +14,7 @@ from controller.shared.keymap.keymap import KEYBOARD, parse
 from controller.shared.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import Backend
-from host.injection.injector import Sender
+from host.injection.injector import PrintingSender
 from host.injection.watchdog import HANG_MS, Watchdog
 from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
@@ -51,7 +51,7 @@ class Board(Backend):
         assert not self.down
 
 
-class Pipe(Sender):
+class Pipe(PrintingSender):
     """The two ends of the watchdog's pipe in one process, on one clock."""
 
     def __init__(self, board: Board, now_ms: int) -> None:

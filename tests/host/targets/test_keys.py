@@ -17,7 +17,7 @@ from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused, Stale
 from host.connection.transport import LinkError
 from host.injection.backends import BackendError
-from host.injection.injector import Sender
+from host.injection.injector import PrintingSender
 from host.targets import TargetOptions
 from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
@@ -38,7 +38,7 @@ MAP = parse(
 )
 
 
-class Wire(Sender):
+class Wire(PrintingSender):
     """Takes strokes, and can fail."""
 
     def __init__(self) -> None:
