@@ -9,9 +9,9 @@ quickly by `DROP_MM` drops the piece; the column is then the one from before the
 import math
 from collections import deque
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Final
 
+from controller.shared.protocol.messages import ContactState
 from tetris.engine.game import Action, Game
 
 SETTLE_S: Final = 0.15  # after which a touch may have settled
@@ -22,6 +22,7 @@ SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
+SURE: Final = 0.6  # probability from which several fingers are no single one
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
@@ -33,19 +34,6 @@ GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sens
 LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
 _HALF: Final = 0.5
 _TINY_S: Final = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """Contact in one frame: place in grid units; depth, and what it rises by, in mm; deviations."""
-
-    x: float
-    y: float
-    depth_mm: float
-    rise_mm: float = 0.0
-    fingers: int = 1
-    place_sigma: float = 0.0
-    rise_sigma: float = 0.0
 
 
 class Aim:
@@ -75,7 +63,7 @@ class Aim:
         self._deepest_mm = self._least_mm = 0.0  # and the least since the deepest
         self._anchor: tuple[float, float] | None = None  # x, and the piece's middle there
         self._goal: tuple[int, int] | None = None  # width and left column of the piece
-        self._recent: deque[tuple[float, Touch]] = deque()
+        self._recent: deque[tuple[float, ContactState]] = deque()
         self._past: deque[tuple[float, float, tuple[int, int]]] = deque()  # time, depth, goal
 
     def again(self) -> "Aim":
@@ -84,9 +72,9 @@ class Aim:
 
     # -- what comes in -----------------------------------------------------------------
 
-    def touch(self, touch: Touch | None, now_s: float, game: Game) -> list[Action]:
-        """Take the contact of a frame, None for none; return what it does in the game."""
-        if touch is None:
+    def touch(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
+        """Take the contact of a frame, or that it has ended; return what it does in the game."""
+        if not touch.fingers:
             return self._lift(now_s)
         lifted = self._lift(now_s) if self._back_again(touch) else []
         lightest_mm = ECHO_MM if now_s < self._lifted_s + GAP_S else LIGHTEST_MM
@@ -96,16 +84,16 @@ class Aim:
             self._end()
             self._landed = self.touching = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
-        self._several = max(0, self._several + (1 if touch.fingers > 1 else -1))
+        self._several = max(0, self._several + (1 if _of_several(touch) else -1))
         if self._steers and not self._settled:  # one that presses deeper may look like two
             if self._several >= SEVERAL_FRAMES and self.touching:
                 self._spend()
                 return [*lifted, *self._back(game)]
-            if touch.fingers > 1:
+            if _of_several(touch):
                 return lifted
         return [*lifted, *self._move(touch, now_s, game)]
 
-    def _move(self, touch: Touch, now_s: float, game: Game) -> list[Action]:
+    def _move(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take a contact of one finger; return what it does in the game."""
         self._recent.append((now_s, touch))
         while self._recent[0][0] < now_s - SETTLE_S:
@@ -129,7 +117,7 @@ class Aim:
             self._lifted_s, self._landed, self.touching = now_s, False, False
         return [Action.HOLD] if holds else []
 
-    def _back_again(self, touch: Touch) -> bool:
+    def _back_again(self, touch: ContactState) -> bool:
         """Whether the finger has left and come back, too soon for the sensor to be at rest."""
         if touch.depth_mm >= self._deepest_mm:
             self._deepest_mm = self._least_mm = touch.depth_mm
@@ -158,7 +146,7 @@ class Aim:
         """Whether the depth is neither rising nor another one than just before."""
         return len(self._recent) > 1 and min(abs(rise_mm), self._change("depth_mm")) < SETTLED_MM
 
-    def _rests(self, touch: Touch) -> bool:
+    def _rests(self, touch: ContactState) -> bool:
         """Whether the finger slides no more."""
         return self._change("x") < RESTING + touch.place_sigma / 2
 
@@ -173,7 +161,7 @@ class Aim:
         width, left = self._aim(x * scale, self._recent[-1][1], game)
         self._anchor = x, left + width / 2
 
-    def _steer(self, touch: Touch, rise_mm: float, now_s: float, game: Game) -> list[Action]:
+    def _steer(self, touch: ContactState, rise_mm: float, now_s: float, game: Game) -> list[Action]:
         noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
         if self._settled and rise_mm >= max(DROP_MM, noise_mm):
             steps = self._go(game)
@@ -197,7 +185,7 @@ class Aim:
                     self._anchor = _mean(self._recent, "x"), middle
         return self._go(game)
 
-    def _middle(self, touch: Touch, game: Game) -> float:
+    def _middle(self, touch: ContactState, game: Game) -> float:
         """Return where the piece's middle is to be, in columns."""
         scale = game.config.columns / self._across
         if self._anchor is None:
@@ -205,7 +193,7 @@ class Aim:
         x, middle = self._anchor
         return middle + _fine((touch.x - x) * scale)
 
-    def _aim(self, middle: float, touch: Touch, game: Game) -> tuple[int, int]:
+    def _aim(self, middle: float, touch: ContactState, game: Game) -> tuple[int, int]:
         """Choose the piece's width and left column for its middle, in columns."""
         width, hysteresis = _span(game)[1], HYSTERESIS + UNSURE * touch.place_sigma
         if (
@@ -251,7 +239,11 @@ def _number(game: Game) -> object:
     return game.pieces_placed, game.piece.kind
 
 
-def _mean(seen: Collection[tuple[float, Touch]], name: str) -> float:
+def _of_several(touch: ContactState) -> bool:
+    return touch.fingers > 1 and touch.fingers_sure >= SURE
+
+
+def _mean(seen: Collection[tuple[float, ContactState]], name: str) -> float:
     """Return the mean of an attribute."""
     return float(sum(getattr(touch, name) for _, touch in seen) / len(seen))
 

@@ -4,7 +4,7 @@ from typing import Final
 
 from controller.shared.protocol.messages import LATE_MS, Command, ContactState, Message, Welcome
 from host.actions import ACTIONS
-from host.aim import Aim, Touch
+from host.aim import Aim
 from host.app.screens.learn import LearnScreen
 from host.ui.orb_state import OrbState
 from host.ui.zones import Columns
@@ -13,7 +13,6 @@ from tetris.kit.stage import Screen, Stage
 from tetris.window.menu_screen import MenuScreen
 from tetris.window.play_screen import PlayScreen
 
-SURE: Final = 0.6  # probability from which several fingers are no single one
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 
 
@@ -84,10 +83,9 @@ class Aiming:
         """Act in the game before the next message comes; all steps of a touch are one command."""
         actions: list[Action] = []
         if isinstance(message, ContactState):
-            touch, steered = _touch(message), self._aim.touching
-            self._steered = self._steered and touch is not None
-            actions = self._aim.touch(touch, t_s, game)
-            if (steered and touch is None) or Action.HOLD in actions:
+            steered, self._steered = self._aim.touching, self._steered and message.fingers > 0
+            actions = self._aim.touch(message, t_s, game)
+            if (steered and not message.fingers) or Action.HOLD in actions:
                 self._orb.answered()
         elif isinstance(message, Command) and (action := ACTIONS.get(message.name)):
             actions = self._aim.command(action, self._orb.located(message), t_s, game)
@@ -126,11 +124,3 @@ def _game(screen: Screen | None) -> Game | None:
     if isinstance(screen, LearnScreen):
         return screen.game if screen.step else None
     return screen.session.game if isinstance(screen, PlayScreen) and screen.by_hand else None
-
-
-def _touch(contact: ContactState) -> Touch | None:
-    if not contact.fingers:
-        return None
-    fingers = contact.fingers if contact.fingers_sure >= SURE else 1
-    place, rise = (contact.x, contact.y), (contact.rise_mm, contact.rise_sigma)
-    return Touch(*place, contact.depth_mm, rise[0], fingers, contact.place_sigma, rise[1])

@@ -14,19 +14,18 @@ player with a command for each step.
 import math
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Final, Protocol
 
 from controller.bundles import bundle as bundles
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.contact import SLOW_S
 from controller.recognition.pipeline import Pipeline
-from controller.shared.protocol.messages import Contact
+from controller.shared.protocol.messages import Contact, ContactState
 from controller.simulator.orb import PRESETS
 from controller.simulator.virtual_orb import VirtualOrb
 from host.actions import ACTIONS
-from host.aim import FINE, HYSTERESIS, Aim, Touch
-from host.app.aiming import SURE
+from host.aim import FINE, HYSTERESIS, Aim
 from host.demo.autoplayer import COMMAND_OF, FIRST_S, LOOK_S, MANUAL, MIDDLE
 from host.demo.demo import PACE
 from host.ui.pointer_input import FINGER_RADIUS_MM
@@ -84,7 +83,7 @@ class Tally:
 
 Finger = tuple[float, float, float]  # place and depth, mm
 Given = tuple[Action, bool]  # by a command, and whether it is one of a located gesture
-Seen = tuple[Touch | None, Given | None]
+Seen = tuple[ContactState, Given | None]
 
 
 class Eye(Protocol):
@@ -118,16 +117,20 @@ class Estimator:
             given, self._due = (self._due[1], False), None
         if finger is None:
             self._bias, self._usual_mm = (), None
-            return None, given
+            return ContactState(0), given
         self._bias = self._bias or self._draw(self._errors.held_mm)
         place_mm = self._errors.moving_mm if moving else self._errors.held_mm
         x, y, depth = map(sum, zip(finger, self._bias, self._draw(place_mm), strict=True))
         place = x / PITCH_MM, y / PITCH_MM
         usual_mm = depth if self._usual_mm is None else self._usual_mm
         self._usual_mm = usual_mm + (depth - usual_mm) * FRAME_S / (SLOW_S + FRAME_S)
-        rise_mm, sigma_mm = depth - self._usual_mm, self._errors.depth_mm
-        depths, sigma = (max(0.1, depth), rise_mm), place_mm / PITCH_MM
-        return Touch(*place, *depths, place_sigma=sigma, rise_sigma=sigma_mm), given
+        seen = ContactState(
+            *(0, *place, place_mm / PITCH_MM, max(0.1, depth)),
+            fingers=1,
+            rise_mm=depth - self._usual_mm,
+            rise_sigma=self._errors.depth_mm,
+        )
+        return seen, given
 
     def _draw(self, place_mm: float) -> tuple[float, ...]:
         deviations = (place_mm, place_mm, self._errors.depth_mm)
@@ -160,16 +163,12 @@ class Orb:
         step = self._pipeline.step(self._orb.read(now_s), now_s)
         if any(truth.number == self._number for truth in self._orb.truths()):
             self._until_s = now_s + LATE_S
-        touch, given, c = None, None, step.contact
-        if c is not None:
-            fingers = c.fingers if c.fingers_sure >= SURE else 1
-            depths = c.depth_mm, c.rise_mm
-            touch = Touch(c.x, c.y, *depths, fingers, c.place_sigma, c.rise_sigma)
+        given, fields = None, asdict(step.contact) if step.contact else {}
         if step.command is not None and step.command.command in ACTIONS:
             self._until_s = 0.0
             located = len(SHIPPED.mapping.rules[step.command.gesture]) > 1
             given = ACTIONS[step.command.command], located
-        return touch, given
+        return ContactState(0, **fields), given
 
     def gesture(self, now_s: float, command: str) -> None:
         self._number, self._until_s = self._number + 1, math.inf

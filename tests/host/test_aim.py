@@ -5,12 +5,19 @@ from dataclasses import replace
 
 import pytest
 
-from host.aim import Aim, Touch
+from controller.shared.protocol.messages import ContactState
+from host.aim import Aim
 from tests.support.rise import Rise
 from tetris.engine.game import Action, Config, Game
 
 FRAME_S = 1 / 40
 FIRM_MM = 9.0
+
+
+def contact(
+    x: float, y: float, depth_mm: float, *, fingers: int = 1, place_sigma: float = 0.0
+) -> ContactState:
+    return ContactState(0, x, y, place_sigma, depth_mm, fingers=fingers, fingers_sure=1.0)
 
 
 class Play:
@@ -40,18 +47,16 @@ class Play:
             share = number / frames
             here = x + share * ((x if to_x is None else to_x) - x)
             depth = depth_mm + share * ((depth_mm if to_mm is None else to_mm) - depth_mm)
-            self.frame(Touch(here, y, depth, fingers=fingers))
+            self.frame(contact(here, y, depth, fingers=fingers))
 
-    def frame(self, touch: Touch | None) -> None:
+    def frame(self, touch: ContactState) -> None:
         self.now_s += FRAME_S
-        rise_mm = self.rise.of(touch.depth_mm if touch else 0.0)
-        if touch is not None:
-            touch = replace(touch, rise_mm=rise_mm)
+        touch = replace(touch, rise_mm=self.rise.of(touch.depth_mm))
         self.take(self.aim.touch(touch, self.now_s, self.game))
 
     def lift(self, x: float, depth_mm: float = FIRM_MM) -> None:
         self.hold(0.08, x, depth_mm, to_mm=0.5)
-        self.frame(None)
+        self.frame(ContactState(0))
 
     def command(self, action: Action, *, located: bool = False) -> None:
         self.take(self.aim.command(action, located, self.now_s, self.game))
@@ -125,7 +130,7 @@ def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
     before = len(play.done)
     for _ in range(400):
         x, depth = source.gauss(2.3, 0.06), source.gauss(FIRM_MM, 0.6)
-        play.frame(Touch(x, 2.0, depth, place_sigma=0.06))
+        play.frame(contact(x, 2.0, depth, place_sigma=0.06))
     assert len(play.done) - before <= 1
     assert play.game.pieces_placed == 0
 
@@ -147,7 +152,7 @@ def test_two_fingers_take_back_where_the_first_one_steered() -> None:
     assert play.columns != entered
     play.hold(0.2, 1.5, fingers=2)
     assert play.columns == entered
-    play.frame(None)
+    play.frame(ContactState(0))
     play.command(Action.HARD_DROP)
     assert play.game.pieces_placed == 1
 
@@ -216,7 +221,7 @@ def test_commands_of_a_press_do_nothing() -> None:
 def test_a_touch_above_the_last_row_holds_once_and_does_not_steer(seconds: float) -> None:
     play = Play()
     play.hold(seconds, 0.5, y=4.5)
-    play.frame(None)
+    play.frame(ContactState(0))
     assert play.done == [Action.HOLD]
 
 
