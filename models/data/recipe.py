@@ -36,16 +36,7 @@ class Augmentation:
 
 
 VARIED: Final = Augmentation()
-UNTOUCHED: Final = Augmentation(
-    turned=0.0,
-    mirrored=0.0,
-    shifted=0,
-    gain=0.0,
-    offset=0.0,
-    noise=0.0,
-    dropout=0.0,
-    electrode=0.0,
-)
+UNTOUCHED: Final = Augmentation(0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,7 +57,8 @@ class GestureTask(Task):
         self._weights = _weights(label, classes, recipe, answers or classes).to(device)
         shape = (examples.window, *examples.images.shape[1:])
         net = gesture_net(shape, classes, recipe).to(device)
-        super().__init__(net, recipe, self.ends["train"][label != 0])
+        train = self.ends["train"][label != 0]
+        super().__init__(net, recipe, train, self.ends["check"], self.ends["random"])
         self._taken = round(share * len(self.train))
 
     def steps(self) -> int:
@@ -81,16 +82,11 @@ class GestureTask(Task):
         right = float((logits.detach().argmax(dim=1) == label).float().mean())
         return nn.functional.cross_entropy(logits, label, self._weights), right
 
-    def check(self) -> tuple[float, float]:
-        """Return loss and share of right answers on some of the windows held out."""
-        logits, label = self.answers(spread(self.ends["check"], JUDGED))
-        if not len(label):
-            return np.nan, np.nan
-        return float(nn.functional.cross_entropy(logits, label)), _right(logits, label)
-
-    def random(self) -> float:
-        """Return the share of right answers on some windows at random."""
-        return _right(*self.answers(spread(self.ends["random"], JUDGED)))
+    def judge(self, examples: Index) -> tuple[float, float]:
+        """Return loss and share of right answers on some of the windows, by their last frames."""
+        logits, label = self.answers(spread(examples, JUDGED))
+        right = float((logits.argmax(dim=1) == label).float().mean())
+        return float(nn.functional.cross_entropy(logits, label)), right
 
     def answers(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return logits (windows, classes) and classes (windows,) by the windows' last frames."""
@@ -159,11 +155,6 @@ def _describe(epoch: Epoch) -> str:
         f"loss {epoch.loss:.3f}, unseen {epoch.check_loss:.3f}, "
         f"right {epoch.check:.1%} (windows at random {epoch.random:.1%})"
     )
-
-
-def _right(logits: Tensor, label: Tensor) -> float:
-    """Return the share of right logits (n, classes) for labels (n,); NaN if there are none."""
-    return float((logits.argmax(dim=1) == label).float().mean()) if len(label) else np.nan
 
 
 def _weights(label: Index, classes: int, recipe: NetworkRecipe, answers: int) -> Tensor:

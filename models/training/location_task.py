@@ -34,8 +34,8 @@ class LocationTask(Task):
     ) -> None:
         inputs, corners = recipe.touch.of(touches.images)
         net = location_net(inputs.shape[1:], recipe).to(device)
-        super().__init__(net, recipe, parts.train)
-        self.touches, self.parts, self.symmetry, self._device = touches, parts, symmetry, device
+        super().__init__(net, recipe, parts.train, parts.check, parts.random)
+        self.touches, self.symmetry, self._device = touches, symmetry, device
         self._images = torch.from_numpy(inputs).to(device)
         self._place = torch.from_numpy(touches.place - corners).to(device)  # in the input
 
@@ -60,17 +60,10 @@ class LocationTask(Task):
         zero = torch.zeros_like(off)
         return nn.functional.smooth_l1_loss(off, zero, beta=self.recipe.robust), error
 
-    def check(self) -> tuple[float, float]:
-        """Return loss and mean error on some of the images held out."""
-        off = self.errors(spread(self.parts.check, JUDGED))
-        if not len(off):
-            return np.nan, np.nan
+    def judge(self, examples: Index) -> tuple[float, float]:
+        """Return loss and mean error on some of the images."""
+        off = self.errors(spread(examples, JUDGED))
         return float(np.square(off).mean()), float(np.abs(off).mean())
-
-    def random(self) -> float:
-        """Return the mean error on some images at random."""
-        off = self.errors(spread(self.parts.random, JUDGED))
-        return float(np.abs(off).mean()) if len(off) else np.nan
 
     def errors(self, images: Index) -> NDArray[np.float32]:
         """Return the errors of some of the images, (images, 2), grid units."""
@@ -81,7 +74,7 @@ class LocationTask(Task):
 
     def half_strength(self) -> float:
         """Return the mean distance that held-out places move at half their strength, grid units."""
-        index = self.parts.check
+        index = self.check
         inputs, corners = self.recipe.touch.of(0.5 + 0.5 * self.touches.images[index])
         with torch.no_grad():
             places = self.net(torch.from_numpy(inputs).to(self._device)).cpu().numpy() + corners

@@ -58,11 +58,15 @@ class TrainingJob:
 class Task(ABC):
     """Base class of the training tasks: a network, its examples, its loss and its scores.
 
-    `net` is trained in place on the examples at the positions `train`, (examples,).
+    `net` is trained in place on the examples at the positions `train`, (examples,), and judged on
+    those held out, `check`, and on those at random, the paper's protocol.
     """
 
-    def __init__(self, net: Network, recipe: NetworkRecipe, train: Index) -> None:
-        self.net, self.recipe, self.train = net, recipe, train
+    def __init__(
+        self, net: Network, recipe: NetworkRecipe, train: Index, check: Index, random: Index
+    ) -> None:
+        self.net, self.recipe = net, recipe
+        self.train, self.check, self.random = train, check, random
 
     def steps(self) -> int:
         """Return the number of batches of an epoch."""
@@ -77,13 +81,9 @@ class Task(ABC):
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch (batch,), and its mean score."""
 
-    def check(self) -> tuple[float, float]:
-        """Return loss and score on some of the examples held out; NaN if none are."""
-        return math.nan, math.nan
-
-    def random(self) -> float:
-        """Return the score on some examples at random, the paper's protocol; NaN without any."""
-        return math.nan
+    @abstractmethod
+    def judge(self, examples: Index) -> tuple[float, float]:
+        """Return loss and score on some of the examples."""
 
 
 def fit(
@@ -169,8 +169,11 @@ class _Run:
         self.net.eval()
         number = len(self.epochs) + 1
         with torch.no_grad():
-            check = self.task.check()
-            this = Epoch(number, losses / examples, scores / examples, *check, self.task.random())
+            check, random = (
+                self.task.judge(own) if len(own) else (math.nan, math.nan)
+                for own in (self.task.check, self.task.random)
+            )
+        this = Epoch(number, losses / examples, scores / examples, *check, random[1])
         self.epochs.append(this)
         return this
 

@@ -6,7 +6,7 @@ people together, by more than chance.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import torch
@@ -40,20 +40,6 @@ KINDS: Final[Mapping[str, dict[str, Any]]] = {
 Judge = Callable[[Vocabulary], tuple[float, float]]  # loss, and share of right answers
 
 
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """Symmetries found by a search."""
-
-    vocabulary: Vocabulary  # the gestures, with the symmetries that help
-    points: dict[str, float]  # gain of each kind that is kept, points of windows
-
-    @property
-    def words(self) -> str:
-        """The kinds that are kept as lines of gestures.toml, with their gains."""
-        kept = [f"{kind} ({gain:+.1f} points)" for kind, gain in self.points.items()]
-        return ", ".join(kept) or "no symmetry helps"
-
-
 def declared(
     data: Data, train: Index, recipe: NetworkRecipe, seed: int, device: torch.device
 ) -> tuple[Data, str]:
@@ -67,21 +53,24 @@ def declared(
     folds = [] if known else choice_folds(data, train)
     if not folds:
         return data, ""
-    found = search(_trial(data, folds, recipe, seed, device), data.vocabulary)
-    return replace(data, vocabulary=found.vocabulary), found.words
+    vocabulary, words = search(_trial(data, folds, recipe, seed, device), data.vocabulary)
+    return replace(data, vocabulary=vocabulary), words
 
 
-def search(judge: Judge, vocabulary: Vocabulary) -> Proposal:
-    """Return the symmetries by which a judge finds more windows right, added one by one."""
-    (loss, right), points = judge(vocabulary), {}
+def search(judge: Judge, vocabulary: Vocabulary) -> tuple[Vocabulary, str]:
+    """Return the gestures with the symmetries by which a judge finds more windows right.
+
+    These are added one by one; the text has them as lines of gestures.toml, with their gains.
+    """
+    (loss, right), kept = judge(vocabulary), list[str]()
     for kind, fields in KINDS.items():
         entries = tuple(replace(entry, **fields) for entry in vocabulary.entries)
         tried = replace(vocabulary, entries=entries)
         less, better = judge(tried)
         if less < LESS * loss and better >= right + MORE:
-            points[kind] = 100.0 * (better - right)
+            kept.append(f"{kind} ({100.0 * (better - right):+.1f} points)")
             vocabulary, loss, right = tried, less, better
-    return Proposal(vocabulary, points)
+    return vocabulary, ", ".join(kept) or "no symmetry helps"
 
 
 def _trial(

@@ -111,9 +111,10 @@ class UserTask(Task):
         examples = taught.examples
         out = np.zeros(len(taught.ends), dtype=np.bool_) if random is None else random
         shape = (examples.window, *examples.images.shape[1:])
-        super().__init__(gesture_net(shape, outputs, recipe), recipe, np.flatnonzero(~out))
+        net, (train, drawn) = gesture_net(shape, outputs, recipe), map(np.flatnonzero, (~out, out))
+        super().__init__(net, recipe, train, drawn[:0], drawn)
         self.taught, self.augmentation = taught, augmentation
-        self._user, self._drawn = taught.user[taught.event], np.flatnonzero(out)
+        self._user = taught.user[taught.event]
         # Users are as probable as each other, however long each of them played.
         count = np.bincount(self._user[self.train], minlength=outputs).astype(np.float64)
         usual = count[count > 0].mean()
@@ -129,13 +130,10 @@ class UserTask(Task):
         right = float((logits.detach().argmax(dim=1) == user).float().mean())
         return nn.functional.cross_entropy(logits, user, self._weights), right
 
-    def random(self) -> float:
-        """Return the share of windows at random whose user is named."""
-        if not len(self._drawn):
-            return np.nan
-        ends = self.taught.ends[self._drawn]
-        named = probabilities(self.net, self.taught, ends).argmax(axis=1)
-        return float((named == self._user[self._drawn]).mean())
+    def judge(self, examples: Index) -> tuple[float, float]:
+        """Return the share of windows whose user is named; the loss is not computed."""
+        named = probabilities(self.net, self.taught, self.taught.ends[examples]).argmax(axis=1)
+        return np.nan, float((named == self._user[examples]).mean())
 
 
 def train_users(

@@ -71,17 +71,17 @@ def test_the_paper_s_recipe_draws_everything() -> None:
 def test_products_are_coarse_in_training_as_the_recipe_says(course: Recipe, expected: str) -> None:
     taught = task(replace(course.gesture, epochs=1, strides=True))
     said = []
-    loss, check = taught.loss, taught.check
+    loss, judge, taught.check = taught.loss, taught.judge, taught.ends["train"][:1]
 
     def learning(batch: Index, generator: torch.Generator) -> tuple[torch.Tensor, float]:
         said.append(("learns", torch.get_float32_matmul_precision()))
         return loss(batch, generator)
 
-    def judging() -> tuple[float, float]:
+    def judging(examples: Index) -> tuple[float, float]:
         said.append(("is judged", torch.get_float32_matmul_precision()))
-        return check()
+        return judge(examples)
 
-    taught.loss, taught.check = learning, judging  # type: ignore[method-assign]
+    taught.loss, taught.judge = learning, judging  # type: ignore[method-assign]
     fit(taught, 0)
     assert set(said) == {("learns", expected), ("is judged", "highest")}
 
@@ -93,9 +93,9 @@ def test_what_is_held_out_neither_ends_a_training_nor_picks_an_epoch() -> None:
         torch.manual_seed(5)
         tasks.append(task(recipe))
     plain, judged = tasks
-    judged.ends["check"] = judged.ends["train"][:1]
+    judged.check = judged.ends["train"][:1]
     losses = iter([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])  # worse from epoch to epoch
-    judged.check = lambda: (next(losses), 0.0)  # type: ignore[method-assign]
+    judged.judge = lambda examples: (next(losses), 0.0)  # type: ignore[method-assign]
     assert [epoch.number for epoch in fit(judged, 0)] == [1, 2, 3, 4, 5, 6]
     fit(plain, 0)
     for name, tensor in plain.net.state_dict().items():
