@@ -15,7 +15,7 @@ from controller.recognition.images.frames import Frame
 from controller.recognition.images.scale import SIGNS, Signal
 from controller.recordings.recording import MAX_TAXELS
 from controller.sensors.geometry import RATE_HZ, Geometry, SensorError
-from controller.sensors.hardware.wiring import located, number, numbers
+from controller.sensors.hardware.wiring import located, named, number, numbers
 from controller.shared import config
 from controller.shared.config import ConfigError
 
@@ -27,14 +27,7 @@ _SLOWEST: Final = 0.85  # of the rate that is asked for: beyond that too many fr
 class Description:
     """A sensor; `docs/sensors.md` explains the entries."""
 
-    # what it is called, in recordings and to hosts
-    name: str = field(
-        default=UNNAMED,
-        metadata={
-            "pattern": r"[A-Za-z0-9_-]{1,24}",
-            "expected": "1 to 24 letters, digits, - and _",
-        },
-    )
+    name: str = named(UNNAMED)  # what it is called, in recordings and to hosts
     port: str = ""  # of `lines`: a serial port, or tcp:HOST:PORT
     baud: int = number(115_200, 300, 4_000_000)  # of a serial port
     bus: int = number(1, 0, 255)  # of a sensor on I2C: N of /dev/i2c-N

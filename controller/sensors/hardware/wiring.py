@@ -53,6 +53,12 @@ def numbers(default: tuple[int, ...], high: int, most: int = MAX_ELECTRODES) -> 
     return field(default=default, metadata=limits)
 
 
+def named(default: str) -> Any:
+    """Return a field for the name of a sensor."""
+    limits = {"pattern": "[A-Za-z0-9_-]{1,24}", "expected": "1 to 24 letters, digits, - and _"}
+    return field(default=default, metadata=limits)
+
+
 def _pin(default: int | None) -> Any:
     """Return a field for the number of a GPIO pin."""
     return number(default, 0, 27)
@@ -125,14 +131,7 @@ class PumpWiring:
 class Wiring:
     """Everything about one orb's hardware."""
 
-    # what the orb is called
-    name: str = field(
-        default="orb",
-        metadata={
-            "pattern": r"[A-Za-z0-9_-]{1,24}",
-            "expected": "1 to 24 letters, digits, - and _",
-        },
-    )
+    name: str = named("orb")  # what the orb is called
     pitch_mm: float = number(10.0, 0.1, 1000.0)  # distance of two taxels
     electrodes: Electrodes = field(default_factory=Electrodes)  # pins and channels
     converter: ConverterWiring = field(default_factory=ConverterWiring)  # which, and where

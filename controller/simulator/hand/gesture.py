@@ -34,15 +34,11 @@ class GestureError(UserError, ValueError):
     """A gesture cannot be used; the message gives the reason, in one sentence."""
 
 
-@dataclass(frozen=True, slots=True)
-class Name:
-    """A style parameter or an earlier quantity, perhaps with a minus sign before it."""
-
-    name: str
-    sign: float = 1.0
-
-
-Term = float | tuple[float, float] | Name  # a number, a range to draw from, or a name
+# A number, the name of a style parameter or an earlier quantity, perhaps with a minus sign before
+# it, or a range to draw from.
+Key = float | str
+Keys = Sequence[Key]
+Term = Key | tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,17 +112,15 @@ def term(what: Term, known: Known, rng: np.random.Generator, size: int | None) -
     return rng.uniform(*what, size) if isinstance(what, tuple) else value_of(what, known)
 
 
-def value_of(what: float | Name, known: Known) -> Value:
+def value_of(what: Key, known: Known) -> Value:
     """Return a number, or the value of a name."""
-    if not isinstance(what, Name):
+    if not isinstance(what, str):
         return float(what)
-    return known[what.name] if what.sign > 0.0 else -known[what.name]
+    value = known[what.removeprefix("-")]
+    return -value if what.startswith("-") else value
 
 
 LONGEST_S: Final = 20.0  # one event
-Key = float | Name  # a number, or the name of one
-Keys = Sequence[Key]
-_FINGER: Final = Name("finger_radius")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +136,7 @@ class Gesture:
     x: Keys = (0.0,)  # keys of the hand's middle, mm to the right of the place
     y: Keys = (0.0,)  # the same upward
     yaw: Key = 0.0  # direction of the whole hand, degrees
-    radius: Key = _FINGER  # of the fingertips, mm
+    radius: Key = "finger_radius"  # of the fingertips, mm
     angles: Keys = ()  # where the fingers stand, degrees; else at one place
     fan: Key | None = None  # in its place: thumb at 180, others around 0 so far apart
     line: Key = 0.0  # fingers stand in a line along the yaw, so many mm apart
@@ -290,13 +284,12 @@ def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
     if _is_number(raw):
         return float(raw)
     if isinstance(raw, str):
-        name = raw.removeprefix("-")
-        if name not in names:
+        if (name := raw.removeprefix("-")) not in names:
             raise GestureError(
                 f"{where} names {name!r}, which is neither a user's parameter nor a line above; "
                 f"known are {', '.join(names)}"
             )
-        return Name(name, -1.0 if raw.startswith("-") else 1.0)
+        return raw
     if isinstance(raw, list) and len(raw) == 2 and all(map(_is_number, raw)) and raw[0] <= raw[1]:
         return float(raw[0]), float(raw[1])
     raise GestureError(f"{where} is {raw!r}; write a number, a name in quotes, or [least, most]")

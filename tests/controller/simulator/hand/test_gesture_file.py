@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.shared.config import parse_toml
-from controller.simulator.hand.gesture import Count, Gesture, GestureError, Known, Name, Quantity
+from controller.simulator.hand.gesture import Count, Gesture, GestureError, Known, Quantity
 from controller.simulator.hand.gesture_file import label_in, load, parse, shipped
 from controller.simulator.hand.performance import DISTRACTORS, GESTURES, perform
 from controller.simulator.hand.user_style import draw_style
@@ -89,15 +89,15 @@ def test_a_quantity_is_drawn_anew_for_each_event_and_finger() -> None:
 
     even = many(Quantity((2.0, 5.0)))
     assert (even.min() > 2.0, even.max() < 5.0, round(even.mean(), 1)) == (True, True, 3.5)
-    assert many(Quantity(Name("grip"), scatter=0.1)).std() == pytest.approx(2.0, rel=0.1)
+    assert many(Quantity("grip", scatter=0.1)).std() == pytest.approx(2.0, rel=0.1)
     assert many(Quantity(1.0, jitter=0.5)).std() == pytest.approx(0.5, rel=0.1)
     assert many(Quantity(30.0, handed=True), left=True).tolist() == [150.0] * 4000
-    assert many(Quantity(Name("grip"), times=Name("gain", -1.0)), 2)[0].tolist() == [-20, -40]
+    assert many(Quantity("grip", times="-gain"), 2)[0].tolist() == [-20, -40]
     delay = many(Quantity(delay=0.04), 2)
     assert delay.shape == (4000, 2)
     assert (delay >= 0.0).all()
     assert np.abs(delay[:, 0] - delay[:, 1]).min() > 0.0
-    assert many(Quantity((0.0, 9.0), least=2.0, most=Name("grip"))).min() == 2.0
+    assert many(Quantity((0.0, 9.0), least=2.0, most="grip")).min() == 2.0
 
 
 def test_the_number_of_fingers_varies_as_declared() -> None:
@@ -109,7 +109,7 @@ def test_the_number_of_fingers_varies_as_declared() -> None:
 
     assert shares(Count(2.0, one_more=0.3)) == {2: 0.7, 3: 0.3}
     assert shares(Count((1.0, 2.0))) == {1: 0.5, 2: 0.5}
-    assert shares(Count(Name("twist_fingers"), off_by_one=0.4)) == {3: 0.2, 4: 0.6, 5: 0.2}
+    assert shares(Count("twist_fingers", off_by_one=0.4)) == {3: 0.2, 4: 0.6, 5: 0.2}
     assert shares(Count(1.0, off_by_one=1.0)) == {1: 0.5, 2: 0.5}  # never none
 
 
