@@ -13,7 +13,7 @@ from typing import Final
 from controller.shared.protocol import psk
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.connection.discovery import Answer, DevicePort, Port
+from host.connection.discovery import Answer, DevicePort
 from host.connection.receiver import Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 
@@ -80,8 +80,9 @@ class Orbs:
     def _scan(self, taken: str) -> None:
         """Ask all ports but the one that is open; opening it twice would disturb it."""
         try:
-            ports: list[Port] = discovery.candidates(self._memory)
-            discovery.ask_all([p for p in ports if p.url != taken], each=self._results.put)
+            ports = discovery.candidates(self._memory)
+            ports.pop(taken, None)
+            discovery.ask_all(ports, each=self._results.put)
         finally:
             self._results.put(None)
 

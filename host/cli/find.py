@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,7 +15,6 @@ from controller.shared.protocol import psk
 from host.cli import add_option, warn
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.connection.discovery import Port
 
 _TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list
 
@@ -26,14 +25,13 @@ def main(argv: list[str]) -> int:
     memory = DeviceStore(warn=warn)
     ports = discovery.candidates(memory, everything=options.all)
     if options.ports:
-        known = {port.url: port for port in ports}
-        ports = [known.get(url, Port(url)) for url in options.ports]
+        ports = {url: ports.get(url, "") for url in options.ports}
     if options.key is not None:
         try:
             psk.read(Path(options.key))  # so that an error in it is reported once
         except psk.KeyFileError as error:
             return complain("host", error, 2)
-        ports = [replace(port, key=options.key) for port in ports]
+        ports = dict.fromkeys(ports, options.key)
     answers = discovery.ask_all(ports, deadline_s=discovery.DEADLINE_S)
     discovery.note(memory, answers)
     found = [_row(device) for device in discovery.listing(answers, memory.devices)]

@@ -14,9 +14,9 @@ import queue
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -53,15 +53,8 @@ _BONDED: Final = ("BTHENUM", "/dev/rfcomm")  # Windows' hardware id; Linux's nam
 log = logging.getLogger(__name__)
 
 Result = TypeVar("Result")
+Ports = dict[str, str]  # names or URLs, with the file of the key of the orb there; "": none
 Outcome = Literal["orb", "refused", "foreign", "closed", "stuck"]
-
-
-@dataclass(frozen=True, slots=True)
-class Port:
-    """A port's name or URL, and the file with the key of the orb there; "": none."""
-
-    url: str
-    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +76,11 @@ class Answer:
 # --- the ports there are ---
 
 
-def candidates(memory: DeviceStore, *, everything: bool = False) -> list[Port]:
+def candidates(memory: DeviceStore, *, everything: bool = False) -> Ports:
     """Return the ports to ask, remembered ones first; with `everything`, all there are."""
-    ports = {known.port: Port(known.port, known.key) for known in memory.devices if known.port}
+    ports = {known.port: known.key for known in memory.devices if known.port}
     found = _by_deadline([lambda: listed(everything=everything)], LIST_S)[0] or []
-    return [*ports.values(), *(Port(url) for url in found if url not in ports)]
+    return {**ports, **{url: "" for url in found if url not in ports}}
 
 
 def listed(*, everything: bool = False) -> list[str]:
@@ -154,7 +147,7 @@ def _by_deadline(
 
 
 def ask_all(
-    ports: Iterable[Port],
+    ports: Ports,
     *,
     deadline_s: float = DEADLINE_S,
     each: Callable[[Answer], object] = lambda answer: None,
@@ -163,20 +156,18 @@ def ask_all(
 
     `each` is called with every answer as it comes.
     """
-    asked = list({port.url: port for port in ports}.values())
-    calls: list[Callable[[], Answer]] = [partial(ask, port) for port in asked]
+    calls: list[Callable[[], Answer]] = [partial(ask, url, key) for url, key in ports.items()]
     answers = _by_deadline(calls, deadline_s, each)
     return [
-        answer or Answer(port.url, "stuck", f"{port.url} hangs for longer than {deadline_s:g} s")
-        for port, answer in zip(asked, answers, strict=True)
+        answer or Answer(url, "stuck", f"{url} hangs for longer than {deadline_s:g} s")
+        for url, answer in zip(ports, answers, strict=True)
     ]
 
 
-def ask(port: Port) -> Answer:
-    """Open a port, send Hello, wait for the answer, and send Bye."""
-    url = port.url
+def ask(url: str, key: str = "") -> Answer:
+    """Open a port, send Hello, wait for the answer, and send Bye; `key` is the file of a key."""
     try:
-        secret = psk.read(Path(port.key)) if port.key else b""
+        secret = psk.read(Path(key)) if key else b""
         transport = open_transport(url)
     except (OSError, psk.KeyFileError) as error:
         return Answer(url, "closed", str(error))
@@ -307,10 +298,10 @@ class DevicePort:
         # Where it was first: if it is there, no other port need be touched.
         first = [device.port for device in known if device.port]
         key = self._key or next((device.key for device in known), "")
-        answers = ask_all([Port(url, key) for url in first])
+        answers = ask_all(dict.fromkeys(first, key))
         if not _matching(answers, words):
-            others = candidates(self._memory)
-            answers += ask_all([replace(port, key=key) for port in others if port.url not in first])
+            others = [url for url in candidates(self._memory) if url not in first]
+            answers += ask_all(dict.fromkeys(others, key))
         note(self._memory, answers)
         found = _matching(answers, words)
         if len(found) == 1:

@@ -10,7 +10,7 @@ import pytest
 from host.app.orbs import OWN, Orbs
 from host.connection import discovery
 from host.connection.device_store import DeviceStore, KnownDevice
-from host.connection.discovery import NOW, Answer, DevicePort, Port
+from host.connection.discovery import NOW, Answer, DevicePort
 from host.connection.receiver import Receiver, Refused
 from host.connection.transport import Transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -57,10 +57,10 @@ def test_list_has_our_own_orb_the_found_ones_and_the_remembered_ones(
     orbs: Orbs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert [entry.device_id for entry in orbs.entries()] == ["", "orb-1"]
-    monkeypatch.setattr(discovery, "candidates", lambda memory: [Port(BLUE.url)])
+    monkeypatch.setattr(discovery, "candidates", lambda memory: {BLUE.url: ""})
     go_on = threading.Event()
 
-    def ask(port: Port) -> Answer:
+    def ask(url: str, key: str) -> Answer:
         go_on.wait(PATIENCE_S)
         return BLUE
 
@@ -80,11 +80,11 @@ def test_port_that_is_open_is_not_opened_a_second_time(
     link: Link, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[str] = []
-    found = [Port("/dev/ttyACM0"), Port(BLUE.url)]
+    found = {"/dev/ttyACM0": "", BLUE.url: ""}
     monkeypatch.setattr(discovery, "candidates", lambda memory: found)
 
-    def ask(port: Port) -> Answer:
-        asked.append(port.url)
+    def ask(url: str, key: str) -> Answer:
+        asked.append(url)
         return BLUE
 
     monkeypatch.setattr(discovery, "ask", ask)

@@ -19,7 +19,7 @@ from controller.shared.protocol import psk
 from host.cli import find
 from host.connection import discovery
 from host.connection.device_store import DeviceStore
-from host.connection.discovery import Answer, DevicePort, Port
+from host.connection.discovery import Answer, DevicePort
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, _Polled, open_transport
 from tests.support.fake_device import welcome
@@ -71,8 +71,8 @@ _TICKS = itertools.count()
 
 def test_device_says_who_it_is(desk: Desk) -> None:
     port = desk.plug("orb-1", "Blue")
-    assert discovery.ask(Port(port)) == Answer(port, "orb", "", "orb-1", "Blue", False)
-    assert discovery.ask(Port(port)).outcome == "orb"  # it was let go properly
+    assert discovery.ask(port) == Answer(port, "orb", "", "orb-1", "Blue", False)
+    assert discovery.ask(port).outcome == "orb"  # it was let go properly
 
 
 def test_device_with_garbage_before_its_answer_is_still_found(desk: Desk) -> None:
@@ -81,7 +81,7 @@ def test_device_with_garbage_before_its_answer_is_still_found(desk: Desk) -> Non
     os.write(device, b"boot: \x11\x22 login:\r\n\0\x05junk")
     os.close(device)
     link = open_link(cable.ends[0], orb_welcome("orb-1"))
-    assert discovery.ask(Port(cable.ends[1])).device_id == "orb-1"
+    assert discovery.ask(cable.ends[1]).device_id == "orb-1"
     link.close()
     cable.close()
 
@@ -104,13 +104,13 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
 def test_orb_with_a_key_is_found_with_it(desk: Desk, memory: DeviceStore, tmp_path: Path) -> None:
     file = tmp_path / "orb.key"
     port = desk.plug("orb-1", key=psk.read_or_make(file))
-    refused = discovery.ask(Port(port))
+    refused = discovery.ask(port)
     assert (refused.outcome, refused.device_id) == ("refused", "")
     assert "key" in refused.why
-    assert discovery.ask(Port(port, str(file))).device_id == "orb-1"
+    assert discovery.ask(port, str(file)).device_id == "orb-1"
     memory.remember("orb-1", port=port, key=str(file))
     assert DevicePort("orb-1", memory).device_id == "orb-1"  # with the remembered one
-    assert "cannot read the key" in discovery.ask(Port(port, str(tmp_path / "none"))).why
+    assert "cannot read the key" in discovery.ask(port, str(tmp_path / "none")).why
 
 
 class Mute(_Polled):
@@ -151,13 +151,13 @@ def test_silence_and_floods_end_after_two_seconds(transport: Mute, words: str) -
 
 
 def test_port_that_does_not_open_says_why(tmp_path: Path) -> None:
-    answer = discovery.ask(Port(str(tmp_path / "nothing")))
+    answer = discovery.ask(str(tmp_path / "nothing"))
     assert answer.outcome == "closed"
     assert "there is no such port" in answer.why
 
 
 def test_device_without_an_identity_is_none(desk: Desk) -> None:
-    answer = discovery.ask(Port(desk.plug("")))
+    answer = discovery.ask(desk.plug(""))
     assert (answer.outcome, answer.device_id) == ("foreign", "")
     assert "says no identity" in answer.why
 
@@ -166,14 +166,13 @@ def test_a_stuck_port_hangs_nobody(desk: Desk, monkeypatch: Patch) -> None:
     over, ask = threading.Event(), discovery.ask
     port = desk.plug("orb-1")
 
-    def stuck(asked: Port) -> Answer:
-        if asked.url != port:
+    def stuck(url: str, key: str) -> Answer:
+        if url != port:
             assert over.wait(60.0)
-        return ask(asked)
+        return ask(url, key)
 
     monkeypatch.setattr(discovery, "ask", stuck)
-    asked = [Port(port), Port("/dev/stuck"), Port(port)]
-    found, hangs = discovery.ask_all(asked, deadline_s=5.0)
+    found, hangs = discovery.ask_all({port: "", "/dev/stuck": ""}, deadline_s=5.0)
     over.set()
     assert found.device_id == "orb-1"
     assert hangs.outcome == "stuck"
@@ -222,7 +221,7 @@ def test_port_that_vanished_is_looked_for_when_reopened(desk: Desk, memory: Devi
 
 def test_double_identity_is_not_chosen(desk: Desk, memory: DeviceStore, monkeypatch: Patch) -> None:
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
-    answers = discovery.ask_all([Port(real), Port(liar)])
+    answers = discovery.ask_all({real: "", liar: ""})
     assert len(discovery.listing(answers, [])) == 2
     assert "2 ports say that they are orb-1" in discovery.remarks(answers)[0]
     discovery.note(memory, answers)
@@ -258,9 +257,9 @@ def test_only_remembered_named_or_bonded_are_asked(tmp_path: Path, monkeypatch: 
     ]
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: system)
     monkeypatch.setattr(discovery, "paired", list)
-    chosen = [port.url for port in discovery.candidates(memory)]
+    chosen = [*discovery.candidates(memory)]
     assert chosen == ["/dev/ttyUSB7", "/dev/ttyACM0", "/dev/ttyACM1", "/dev/rfcomm0", "COM9"]
-    everything = [port.url for port in discovery.candidates(memory, everything=True)]
+    everything = [*discovery.candidates(memory, everything=True)]
     assert set(everything) == {"/dev/ttyUSB7", *(port.device for port in system)}
 
 
