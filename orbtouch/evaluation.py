@@ -127,7 +127,7 @@ class _Stages:
             held = _folds(learned, "", 3)[0]
             answers = self.fitted(estimator, [*itertools.compress(learned, ~held)])
             streams = [self.stream(answers, one) for one in itertools.compress(learned, held)]
-            return tune.tune(self.names, DebounceSettings(), streams, tune.Goal()).chosen.settings
+            return tune.tune(self.names, DebounceSettings(), streams).chosen.settings
         except (_FewError, ValueError):
             return None
 

@@ -80,12 +80,13 @@ def run(arguments: argparse.Namespace) -> int:
 def _choose(request: Request) -> int:
     """Choose when a gesture counts, and print how."""
     options.require("choosing thresholds", "tomli_w")
+    from models.evaluation.tune import GOAL
     from models.reports import tables
     from models.training.train import choose_thresholds
 
     found = choose_thresholds(request, errors.say)
     print(tables.thresholds(found).markdown())
-    print(f"{found.tried} points, {len(found.front)} of them on the front; {found.goal}")
+    print(f"{found.tried} points, {len(found.front)} of them on the front; {GOAL}")
     if (unseen := 3.0 / found.events) > SEEN:
         print(
             f"losses below {unseen:.1%} cannot be seen in {errors.count(found.events, 'event')}: "

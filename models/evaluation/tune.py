@@ -12,7 +12,6 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -52,38 +51,29 @@ GRID: Final = {name: values for block in BLOCKS for name, values in block.items(
 ROUNDS: Final = 3  # over all blocks at most
 
 
-@dataclass(frozen=True, slots=True)
-class Goal:
-    """Costs of a choice, and its limits."""
-
-    lost: float = 1.0  # cost of each per cent of F1 that is missing
-    alarm: float = 5.0  # of one false alarm in an idle minute
-    wait: float = 1.0  # of a second of latency
-    latest_s: float = 0.42  # greatest median latency
-
-    def cost(self, point: Point) -> float:
-        """Return the cost of a point."""
-        lost = self.lost * 100.0 * (1.0 - point.f1)
-        return lost + self.alarm * point.false_alarms_per_min + self.wait * point.latency_s
-
-    def sentence(self) -> str:
-        """Return the goal in words."""
-        return (
-            f"cost = {self.lost:g} × per cent of F1 lost + {self.alarm:g} × false alarms per idle "
-            f"minute + {self.wait:g} × seconds of latency; at most a median of {self.latest_s:g} s"
-        )
+LOST: Final = 1.0  # cost of each per cent of F1 that is missing
+ALARM: Final = 5.0  # of one false alarm in an idle minute
+WAIT: Final = 1.0  # of a second of latency
+LATEST_S: Final = 0.42  # greatest median latency
+GOAL: Final = (
+    f"cost = {LOST:g} × per cent of F1 lost + {ALARM:g} × false alarms per idle minute + {WAIT:g} "
+    f"× seconds of latency; at most a median of {LATEST_S:g} s"
+)
 
 
-def tune(
-    labels: Sequence[str], now: DebounceSettings, streams: Sequence[Stream], goal: Goal
-) -> Tuning:
+def cost(point: Point) -> float:
+    """Return the cost of a point."""
+    lost = LOST * 100.0 * (1.0 - point.f1)
+    return lost + ALARM * point.false_alarms_per_min + WAIT * point.latency_s
+
+
+def tune(labels: Sequence[str], now: DebounceSettings, streams: Sequence[Stream]) -> Tuning:
     """Replay development streams over the grids, and choose; raise ValueError without gestures.
 
     Args:
         labels: Those of the bundle, "null" first.
         now: Its present thresholds, which are tried as well.
         streams: Nothing that is reported is measured on them.
-        goal: Costs and limits.
     """
     events = sum(len(stream.truth.events) for stream in streams)
     if not events:
@@ -100,11 +90,11 @@ def tune(
         found |= {settings: _point(settings, score, idle) for settings, score in scores.items()}
         points = list(found.values())
         edge = front(points)
-        chosen = choose(edge, points, goal, events)
-        cost = goal.cost(chosen)
-        steps = 0 if cost < least - 1e-9 else steps + 1
-        if cost < least:
-            best, least = chosen.settings, cost
+        chosen = choose(edge, points, events)
+        spent = cost(chosen)
+        steps = 0 if spent < least - 1e-9 else steps + 1
+        if spent < least:
+            best, least = chosen.settings, spent
         if steps == len(BLOCKS):
             break
     before = found[now]
@@ -115,7 +105,6 @@ def tune(
         chosen=chosen,
         front=tuple(edge),
         tried=len(points),
-        goal=goal.sentence(),
     )
 
 
@@ -135,25 +124,24 @@ def front(points: Sequence[Point]) -> list[Point]:
     return kept
 
 
-def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: int) -> Point:
+def choose(edge: Sequence[Point], points: Sequence[Point], events: int) -> Point:
     """Return the cheapest point of the front that is fast enough, given the grid and its events.
 
     If none is, the fastest.
     Points that one event more or less would make equal count as equal; of these, the one whose
     neighbours in the grid are the cheapest on average is taken.
     """
-    fast = [point for point in edge if point.latency_s <= goal.latest_s + 1e-9]
+    fast = [point for point in edge if point.latency_s <= LATEST_S + 1e-9]
     allowed = fast or edge[:1]
-    least = min(goal.cost(point) for point in allowed) + goal.lost * 100.0 / events
-
+    least = min(map(cost, allowed)) + LOST * 100.0 / events
     places = np.array([_place(point) for point in points])
-    costs = np.array([goal.cost(point) for point in points])
+    costs = np.array([cost(point) for point in points])
 
     def around(point: Point) -> float:
         near = costs[(np.abs(places - _place(point)) <= 1).all(axis=1) & np.isfinite(costs)]
-        return float(np.mean([goal.cost(point), *near]))
+        return float(np.mean([cost(point), *near]))
 
-    return min((point for point in allowed if goal.cost(point) <= least + 1e-9), key=around)
+    return min((point for point in allowed if cost(point) <= least + 1e-9), key=around)
 
 
 def spread(streams: Sequence[Stream]) -> PositionSpread | None:

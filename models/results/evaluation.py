@@ -158,4 +158,3 @@ class Tuning:
     # points that no other beats in recall, false alarms and latency together, the fastest first
     front: tuple[Point, ...]
     tried: int  # number of points
-    goal: str  # the rule of the choice, a sentence

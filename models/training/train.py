@@ -93,9 +93,9 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
         bare = replace(loaded, spread=scores.BARE)
         streams.append(replay.run(bare, networks, recording, truth))
         say(f"{name}: {count(len(truth.events), 'event')}")
-    found = tune.tune(loaded.labels, loaded.debounce, streams, tune.Goal())
+    found = tune.tune(loaded.labels, loaded.debounce, streams)
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
-    entry = f"on {on}; {found.goal}"
+    entry = f"on {on}; {tune.GOAL}"
     far = tune.spread(streams)
     tune.write(request.out, request.start, found.chosen.settings, entry, far)
     return found

@@ -17,10 +17,10 @@ from controller.shared.event_metric import Answer, Score, judge
 from models.__main__ import main
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
-from models.evaluation.tune import Goal, choose, front, tune
+from models.evaluation.tune import choose, cost, front, tune
 from models.results.evaluation import Point, Tuning
 from tests.support.model_commands import refused
-from tests.support.pytest_types import Capture
+from tests.support.pytest_types import Capture, Patch
 from tests.support.recordings import of, origin, played
 
 PATH = bundle.default_path(10.0)
@@ -55,30 +55,34 @@ def test_the_front_is_what_no_other_point_beats(points: list[Point]) -> None:
     assert [p.latency_s for p in edge] == sorted(p.latency_s for p in edge)
 
 
-def test_what_is_late_is_chosen_only_where_nothing_else_is_left() -> None:
+def test_what_is_late_is_chosen_only_where_nothing_else_is_left(monkeypatch: Patch) -> None:
     fast = Point(DebounceSettings(1.0, 0.5, 0.1), 0.7, 0.70, 0.5, 0.2)
     good = Point(DebounceSettings(0.5, 0.8, 0.2), 0.99, 0.99, 0.01, 0.4)
     late = Point(DebounceSettings(0.2, 0.95, 0.2), 1.0, 1.0, 0.0, 0.6)
     points = [fast, good, late]
-    assert choose(points, points, Goal(), 1000) == good
-    assert choose(points, points, Goal(latest_s=1.0), 1000) == late
-    assert choose(points, points, Goal(latest_s=1.0, wait=1000.0), 1000) == fast
-    assert choose(points, points, Goal(latest_s=0.1), 1000) == fast
+    assert choose(points, points, 1000) == good
+    monkeypatch.setattr("models.evaluation.tune.LATEST_S", 0.1)
+    assert choose(points, points, 1000) == fast
+    monkeypatch.setattr("models.evaluation.tune.LATEST_S", 1.0)
+    assert choose(points, points, 1000) == late
+    monkeypatch.setattr("models.evaluation.tune.WAIT", 1000.0)
+    assert choose(points, points, 1000) == fast
 
 
-def test_of_two_points_alike_the_one_with_good_neighbours_is_chosen() -> None:
+def test_of_two_points_alike_the_one_with_good_neighbours_is_chosen(monkeypatch: Patch) -> None:
     lucky = Point(DebounceSettings(0.2, 0.5, 0.4), 1.0, 1.0, 0.0, 0.3)
     around = Point(DebounceSettings(0.25, 0.5, 0.4), 0.8, 0.8, 0.0, 0.3)
     safe = Point(DebounceSettings(0.6, 0.8, 0.2), 1.0, 1.0, 0.0, 0.31)
     beside = Point(DebounceSettings(0.7, 0.8, 0.2), 1.0, 1.0, 0.0, 0.32)
     points = [lucky, around, safe, beside]
-    assert choose([lucky, safe], points, Goal(wait=0.1), 1000) == safe
-    assert choose([lucky, safe], points, Goal(wait=100.0), 1000) == lucky  # faster, and sure of it
+    assert choose([lucky, safe], points, 1000) == safe
+    monkeypatch.setattr("models.evaluation.tune.WAIT", 100.0)
+    assert choose([lucky, safe], points, 1000) == lucky  # faster, and sure of it
 
 
 @pytest.fixture(scope="module")
 def found() -> Tuning:
-    return tune(LABELS, SHIPPED.debounce, _streams(), Goal())
+    return tune(LABELS, SHIPPED.debounce, _streams())
 
 
 def _streams() -> list[replay.Stream]:
@@ -101,7 +105,7 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         assert point.f1 == total.f1
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
     assert found.before.settings == SHIPPED.debounce
-    assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
+    assert cost(found.chosen) <= cost(found.before) + 100.0 / found.events
 
 
 def test_streams_without_gestures_are_refused() -> None:
@@ -109,7 +113,7 @@ def test_streams_without_gestures_are_refused() -> None:
     known = GroundTruth.of(idle, LABELS, "it")
     stream = replay.run(SHIPPED, replay.Batched(SHIPPED), idle, known)
     with pytest.raises(ValueError, match="no gestures"):
-        tune(LABELS, DebounceSettings(), [stream], Goal())
+        tune(LABELS, DebounceSettings(), [stream])
 
 
 @pytest.fixture(scope="module")
