@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import tomli_w
@@ -171,11 +171,11 @@ def _relearned(
     }
     settings = before.debounce
     if new := [o for o in examples if o.label not in before.trained and o.user == EVERYBODY]:
-        settings = lesson.patient(settings, fitted[EVERYBODY].rows, new)
+        settings = lesson.patient(settings, fitted[EVERYBODY][0], new)
     table["debounce"] = asdict(settings)
-    rows = {user: one.rows for user, one in fitted.items()}
+    rows = {user: own for user, (own, _) in fitted.items()}
     content[container.TAUGHT] = lessons.pack_taught(examples, lesson.own, before.debounce, rows)
-    kept = min(one.kept for one in fitted.values())
+    kept = min(share for _, share in fitted.values())
     return AdaptedBundle(_text(table), content, kept, settings)
 
 
@@ -206,13 +206,6 @@ def _manifest(
             users["mapping"][name] = {k: rule for k, rule in commands.items() if k in labels}
         table["users"] = users
     return table
-
-
-class _Fitted(NamedTuple):
-    """Rows of a head, and what became of the gestures."""
-
-    rows: Head
-    kept: float  # share of the rehearsed gestures whose class is unchanged
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -249,8 +242,11 @@ class _Lesson:
         own = own.thinned()
         return cls(embedding, before.head, before.rehearsal, own, labels, window, rate_hz)
 
-    def fit(self, examples: Sequence[Example], progress: Progress) -> _Fitted:
-        """Return rows fitted to examples; AdaptError if the old gestures would suffer."""
+    def fit(self, examples: Sequence[Example], progress: Progress) -> tuple[Head, float]:
+        """Return rows fitted to examples, and the share of the rehearsed gestures that stays.
+
+        AdaptError if the old gestures would suffer.
+        """
         rng = np.random.default_rng(_SEED)
         alike = {one.label: sum(o.label == one.label for o in examples) for one in examples}
         cut = [self._windows(one, alike[one.label], rng) for one in examples]
@@ -285,7 +281,7 @@ class _Lesson:
                 break
         if kept < LEAST_KEPT:
             raise AdaptError(notice("suffer", kept))
-        return _Fitted(rows, kept)
+        return rows, kept
 
     def patient(
         self, settings: DebounceSettings, rows: Head, examples: Sequence[Example]

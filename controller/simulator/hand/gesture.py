@@ -61,7 +61,10 @@ class Quantity:
     ) -> Value:
         """Return the quantity for one event: a number, or an array (fingers,)."""
         size = fingers if self.each else None
-        value = self._start(known, fingers, rng)
+        if self.delay:
+            value: Value = np.abs(rng.normal(0.0, self.delay, fingers))
+        else:
+            value = term(self.of, known, rng, size)
         if self.times is not None:
             value = value * term(self.times, known, rng, size)
         if self.plus is not None:
@@ -77,11 +80,6 @@ class Quantity:
         if self.most is not None:
             value = np.minimum(value, term(self.most, known, rng, size))
         return value
-
-    def _start(self, known: Known, fingers: int, rng: np.random.Generator) -> Value:
-        if self.delay:
-            return np.abs(rng.normal(0.0, self.delay, fingers))
-        return term(self.of, known, rng, fingers if self.each else None)
 
 
 @dataclass(frozen=True, slots=True)
