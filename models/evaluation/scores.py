@@ -95,21 +95,12 @@ def score_windows(
     examples: Examples,
     check: tuple[NDArray[np.int64], NDArray[np.integer]],
     random: tuple[NDArray[np.int64], NDArray[np.integer]],
-    classes: int,
 ) -> HeldOutScore:
     """Return the share of (last frames, classes named) that are right, held out and at random."""
     right = [named == examples.label[ends] for ends, named in (check, random)]
     figure = bootstrap.share(*bootstrap.group_sums(right[0], examples.session[check[0]]))
     shares = [float(r.mean()) if len(r) else math.nan for r in right]
-    # Per output, a window is one right answer per class: two are wrong where its name is.
-    return HeldOutScore(
-        shares[0],
-        figure.low,
-        figure.high,
-        shares[1],
-        unseen_binary=1.0 - 2.0 * (1.0 - shares[0]) / classes,
-        random_binary=1.0 - 2.0 * (1.0 - shares[1]) / classes,
-    )
+    return HeldOutScore(shares[0], figure.low, figure.high, shares[1])
 
 
 def score_errors(
@@ -119,7 +110,7 @@ def score_errors(
     each = np.abs(check).mean(axis=1)
     figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
     other = float(np.abs(random).mean()) if len(random) else math.nan
-    return HeldOutScore(figure.value, figure.low, figure.high, other, math.nan, math.nan)
+    return HeldOutScore(figure.value, figure.low, figure.high, other)
 
 
 def position_spread(blur: Values, errors: Values) -> PositionSpread | None:

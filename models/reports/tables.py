@@ -181,7 +181,11 @@ def honesty(found: Training) -> Table:
     rows: list[list[str]] = []
     if (gesture := found.gesture) is not None:
         honest = gesture.honesty
-        binary = honest.random_binary - honest.unseen_binary
+        # Of its outputs, one a class, two are wrong where the name of a window is.
+        unseen, random = (
+            1.0 - 2.0 * (1.0 - share) / len(found.labels)
+            for share in (honest.unseen, honest.random)
+        )
         understood, events = (
             sum(getattr(one, name) for one in gesture.verdict) for name in ("understood", "of")
         )
@@ -194,9 +198,9 @@ def honesty(found: Training) -> Table:
             ],
             [
                 "right outputs (“binary”)",
-                percent(honest.unseen_binary, 2),
-                percent(honest.random_binary, 2),
-                points(binary),
+                percent(unseen, 2),
+                percent(random, 2),
+                points(random - unseen),
             ],
             ["right events", percent(gesture.event_accuracy, 2), "", ""],
             ["understood, as in play", f"{understood} of {events}", "", ""],

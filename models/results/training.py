@@ -79,9 +79,6 @@ class HeldOutScore:
     low: float  # lower bound of its 95 % interval; NaN where there is but one session
     high: float  # upper bound
     random: float  # score on windows at random, whose neighbours were learned from
-    # per-output ("binary") accuracy, which the paper may mean; NaN: no classes
-    unseen_binary: float
-    random_binary: float  # the same on windows at random
 
     @property
     def gap(self) -> float:

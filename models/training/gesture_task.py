@@ -140,7 +140,7 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
     right = called == made
     result = GestureResult(
         epochs,
-        scores.score_windows(examples, (ends["check"], named), (ends["random"], random), classes),
+        scores.score_windows(examples, (ends["check"], named), (ends["random"], random)),
         float(right.mean()) if len(right) else np.nan,
         scores.confusion(named, label, classes),
         scores.confusion(called, made, classes),
