@@ -330,8 +330,9 @@ def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
     arrays |= {name: arrays[name].astype(np.float32) for name in short}
     units, wide = len(arrays.get("first_bias", ())), PICTURES * plain.rows * plain.columns + SCALARS
     shapes: dict[str, tuple[int, ...]] = {"first": (units, wide), "first_bias": (units,)}
-    shapes |= {"second": (units, units), "second_bias": (units,), "out": (OUTPUTS, units)}
-    shapes |= {"out_bias": (OUTPUTS,), "scale": (2, VALUES)}
+    for name in ("gates", "memory"):
+        shapes |= {name: (3 * units, units), f"{name}_bias": (3 * units,)}
+    shapes |= {"out": (OUTPUTS, 2 * units), "out_bias": (OUTPUTS,), "scale": (2, VALUES)}
     golden = {"golden_inputs": (-1, wide), "golden_outputs": (-1, OUTPUTS)}
     check_arrays(what, arrays, {**shapes, **golden})
     given, expected = (arrays.pop(name) for name in golden)

@@ -170,7 +170,6 @@ class Pipeline:
         self._preprocessor = Preprocessor(settings.preprocess, *grid, known, signal=signal)
         self._touch = TouchImage(TOUCH_WINDOWS * settings.preprocess.window, *grid, rate_hz)
         self._level = ContactLevel(*grid)
-        self._tracker = ContactTracker(*grid, rate_hz)
         self._depth = 1.0 if known is None else known.depth
         self._ratio = self._preprocessor.settings.normalise == "ratio"
         before = None if known is None else known.rest
@@ -232,11 +231,14 @@ class Pipeline:
         self.labels, self.mapping = settings.labels, mapping
         self._networks, self._spread, self._users = networks, settings.spread, settings.users
         self._strength = settings.strength
+        rate_hz = settings.preprocess.rate_hz
         self._contact, self._radius = settings.contact, settings.radius
-        self._contacts = settings.contacts
+        self._contacts, units = settings.contacts, 0
+        if settings.contacts is not None:
+            units = len(settings.contacts.first)
+        self._tracker = ContactTracker(settings.rows, settings.columns, rate_hz, units)
         self._steady = set(settings.contact.several).difference(settings.debounce.slow)
         self._refused = False  # the touch that is held was too wide or narrow for its gesture
-        rate_hz = settings.preprocess.rate_hz
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz, _turn(settings))
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
@@ -369,8 +371,7 @@ class Pipeline:
         """Return what touches in a frame, with what lies: a finger that presses deeper is none."""
         if self._contacts is None or not prepared.ready:
             return None
-        inputs = self._tracker.inputs(prepared.image, prepared.idle, quiet=prepared.quiet)
-        contact = None if inputs is None else self._contacts.estimate(inputs)
+        contact = self._tracker.step(prepared.image, prepared.idle, self._contacts)
         return contact if contact is None or self._depth == 1.0 else contact.deeper(self._depth)
 
     def _command(

@@ -14,13 +14,12 @@ import numpy as np
 from controller.recognition.contact import ContactEstimate
 from controller.shared.aliases import State
 
-_NEWEST_WEIGHT: Final = 0.7  # of an angle without error, in the running mean
-_HALVED_DEG: Final = 25.0  # deviation of an angle that halves its weight
-_WOUND_DEG: Final = (36.0, 12.0)  # a smaller angle may be winding up: at first, and later
-_WOUND_S: Final = (0.42, 0.62)  # time in the touch from which, and up to which it falls
-_MARGIN_SIGMAS: Final = 0.25  # of the newest angle, added to that
-_BACK_DEG: Final = 6.0  # below its greatest, a turn has ended or goes back
-_REVERSED_DEG: Final = (8.0, 18.0, 4.0)  # turned the other way, back from there, and beyond zero
+_HALVED_DEG: Final = 45.0  # deviation of an angle that halves its weight in the running mean
+_WOUND_DEG: Final = (36.0, 6.0)  # a smaller angle may be winding up: at first, and later
+_WOUND_S: Final = (0.43, 0.66)  # time in the touch from which, and up to which it falls
+_MARGIN_SIGMAS: Final = 0.6  # of the newest angle, added to that
+_BACK_DEG: Final = 4.0  # below its greatest, a turn has ended or goes back
+_REVERSED_DEG: Final = (8.0, 4.0)  # turned the other way, and beyond zero
 _TURNING_DEG: Final = (8.0, 15.0)  # now, or at any time: no pinch for now
 CONFIRMED_PROBABILITY: Final = 0.6  # that suffices, smoothed, where the angle says the same
 
@@ -63,7 +62,7 @@ class TurnTracker:
         if contact is None or contact.fingers == 1:
             return
         mean, least, most, _ = self._angle
-        weight = _NEWEST_WEIGHT / (1.0 + (contact.angle_sigma / _HALVED_DEG) ** 2)
+        weight = 1.0 / (1.0 + (contact.angle_sigma / _HALVED_DEG) ** 2)
         mean += weight * (contact.angle_deg - mean)
         self._angle[:] = mean, min(least, mean), max(most, mean), contact.angle_sigma
 
@@ -77,14 +76,14 @@ class TurnTracker:
         mean, least, most, sigma = self._angle.tolist()
         clockwise, counter = self._twists
         needed = float(np.interp(touch_s, _WOUND_S, _WOUND_DEG)) + _MARGIN_SIGMAS * sigma
-        wound, back, beyond = _REVERSED_DEG
+        wound, beyond = _REVERSED_DEG
         waiting, never, confirmed = list[int](), list[int](), list[int]()
         turns = (
             (counter, clockwise, mean, most, -least),
             (clockwise, counter, -mean, -least, most),
         )
         for kind, other, angle, greatest, against in turns:
-            if against >= wound and angle >= max(beyond, back - against):
+            if against >= wound and angle >= beyond:
                 never = [other, *self._others]
                 confirmed.append(kind)
             elif angle >= max(needed, greatest - _BACK_DEG):

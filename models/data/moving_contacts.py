@@ -2,7 +2,7 @@
 
 They teach what touches (`controller.recognition.contact`): one to five fingers that land anywhere,
 wander, deepen, part, close and turn, for a tenth of a second or for seconds, on orbs whose physics
-and noise vary.
+and noise vary. The frames of an orb are in order, with the pauses between touches.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.contact import MOST_FINGERS, SLOW_S, VALUES, ContactTracker
+from controller.recognition.contact import MOST_FINGERS, SLOW_S, ContactTracker
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.aliases import Array, Complex
@@ -24,9 +24,11 @@ from models.data.contacts import varied_orb
 _MOVING: Final = 81  # tag of the seeds
 _SESSION_S, _LEAD_S = 75.0, 3.0  # and the untouched time before it, for the rest image
 _LASTS_S: Final = (0.12, 1.6)  # of touches
-_EACH, _EMPTY = 2, 3  # frames of which one is kept: neighbours are nearly the same
-_LAND_S, _LIFT_S = (0.03, 0.2), (0.05, 0.18)
-_PAUSE_S, _QUICK_S, _QUICK = (0.3, 0.8), (0.03, 0.15), 0.3  # and the share of the latter
+# Share of longer ones, how long, and depth: the rest image would take in what is lighter
+_LONG, _LONG_S, _LONG_MM = 0.08, (1.6, 5.0), 4.0
+_LAND_S, _LIFT_S, _LYING_S = (0.03, 0.2), (0.05, 0.18), (0.03, 0.8)  # the last: of long touches
+# Pauses, those of quick touches and long ones, and the shares of these
+_PAUSE_S, _QUICK_S, _QUICK, _IDLE_S, _IDLE = (0.3, 0.8), (0.03, 0.15), 0.3, (0.8, 4.0), 0.06
 _LEG_S, _STILL = (0.15, 0.7), 0.4  # of a movement, and the share of pauses
 _DEPTH_MM, _DEEPEST_MM = (0.8, 15.0), 19.0  # of the deepest as it lands, and later
 _DEEPER: Final = 0.15  # deviation of each finger beside the others
@@ -37,7 +39,8 @@ _FINGER_MM, _THUMB_MM, _PALM_MM = (4.5, 9.0), (9.0, 12.0), (12.0, 26.0)  # radii
 _THUMB, _PALM = 0.15, 0.1  # shares of the latter; a palm is alone
 _FINGERS: Final = (0.53, 0.25, 0.09, 0.08, 0.05)  # shares of one to five
 _APART_MM: Final = (6.0, 22.0)  # of several, from their middle
-_GRIPPED, _GRIP_MM = 0.6, (13.0, 22.0)  # share of three and more that grip, and then that
+# Share of three and more that grip, their distance then, and their middle's, as a share of others'
+_GRIPPED, _GRIP_MM, _GRIP_AWAY = 0.6, (13.0, 22.0), (0.0, 1.4)
 _FAN_DEG: Final = (18.0, 42.0)  # from finger to finger
 _TURN_DEG: Final = 50.0  # deviation of a turn
 _MOST_DEG: Final = 110.0
@@ -45,6 +48,7 @@ _STEP_MM, _DEEPEN_MM, _PART_MM = 14.0, 4.0, 6.0  # deviations of movements, each
 _AWAY, _RIM = 2.5, 1.3  # grid units from the middle, each way; half sides of the grid
 _LATER_S: Final = 0.05  # until the last of several has landed
 _FELT_MM: Final = 0.3  # shallower contacts are none
+_NOTICED_MM: Final = (0.3, 1.5)  # depth from which an orb notices a touch
 _NONE: Final = 1e-12  # weight of what does not touch
 _NOISY, _LOUD = 0.35, (0.6, 1.1)  # share of orbs with so much of the noise of `paper-snr`
 _DEAD: Final = 0.02  # share of dead taxels
@@ -52,20 +56,21 @@ _DEAD: Final = 0.02  # share of dead taxels
 
 @dataclass(frozen=True, slots=True)
 class MovingContacts:
-    """Inputs of frames that are touched, and what touches."""
+    """Inputs of the frames of some orbs, in order, and what touches."""
 
-    inputs: NDArray[np.float16]  # of the network, (n, inputs)
-    truth: NDArray[np.float32]  # x, y, depth (mm), angle (degrees), rise (mm), (n, VALUES)
-    fingers: NDArray[np.int64]  # number of contacts, at most `MOST_FINGERS`, (n,)
+    inputs: NDArray[np.float16]  # of the network, (orbs, frames, inputs)
+    # x, y, depth (mm), angle (degrees), rise (mm), (orbs, frames, VALUES)
+    truth: NDArray[np.float32]
+    fingers: NDArray[np.int8]  # number of contacts, at most `MOST_FINGERS`, (orbs, frames)
 
 
 def simulate(model: OrbModel, settings: PreprocessSettings, seed: int, orbs: int) -> MovingContacts:
-    """Return the touched frames of 75 s on each of so many orbs."""
+    """Return 72 s on each of so many orbs."""
     found = []
     for number in range(orbs):
         rng = np.random.default_rng([_MOVING, seed, number])
         found.append(session(_orb(model, rng), settings, rng))
-    return MovingContacts(*(np.concatenate(part) for part in zip(*found, strict=True)))
+    return MovingContacts(*(np.stack(part) for part in zip(*found, strict=True)))
 
 
 def _orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
@@ -82,7 +87,7 @@ def _orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
 
 def session(
     model: OrbModel, settings: PreprocessSettings, rng: np.random.Generator
-) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int64]]:
+) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int8]]:
     """Return inputs, truth and fingers, as in `MovingContacts`, of one orb."""
     whole = replace(model, electronics=replace(model.electronics, dead=0.0))
     slots, rate_hz = len(_FINGERS), settings.rate_hz
@@ -92,20 +97,24 @@ def session(
     point, depth = np.zeros((steps, slots), dtype=np.complex128), np.zeros((steps, slots))
     radius, turned = np.full((steps, slots), _FINGER_MM[0]), np.zeros(steps)
     at_s = _LEAD_S
-    while at_s < _SESSION_S - _LASTS_S[1]:
-        lasts_s = math.exp(rng.uniform(*np.log(_LASTS_S)))
+    while at_s < _SESSION_S - _LONG_S[1]:
+        long = rng.random() < _LONG
+        lasts_s = math.exp(rng.uniform(*np.log(_LONG_S if long else _LASTS_S)))
         time_s = np.arange(round(lasts_s * step_hz) + 1) / step_hz
         part = slice(round(at_s * step_hz), round(at_s * step_hz) + len(time_s))
         count = 1 + int(rng.choice(slots, p=_FINGERS))
-        own = _touch(time_s, count, model, rng)
+        own = _touch(time_s, count, _LONG_MM if long else _DEPTH_MM[0], model, rng)
         point[part, :count], depth[part, :count], turned[part] = own
         radius[part] = _radius(count, rng)
-        at_s += lasts_s + rng.uniform(*(_QUICK_S if rng.random() < _QUICK else _PAUSE_S))
+        kind = rng.random()
+        pause_s = _QUICK_S if kind < _QUICK else _IDLE_S if kind > 1.0 - _IDLE else _PAUSE_S
+        at_s += lasts_s + rng.uniform(*pause_s)
     dead = rng.random((model.rows, model.columns)) < _DEAD * rng.random()
     orb.electronics.switch(Fault("dead", *place) for place in np.argwhere(dead).tolist())
     frames = orb.advance(point, depth, radius)
     each = slice(orb.steps_per_frame - 1, None, orb.steps_per_frame)
-    return _watched(frames, point[each], depth[each], turned[each], model, settings)
+    noticed = depth[each] > rng.uniform(*_NOTICED_MM)
+    return _watched(frames, point[each], depth[each], turned[each], noticed, model, settings)
 
 
 def _radius(count: int, rng: np.random.Generator) -> float:
@@ -123,46 +132,45 @@ def _watched(
     point: Complex,
     depth: Array,
     turned: Array,
+    noticed: NDArray[np.bool_],
     model: OrbModel,
     settings: PreprocessSettings,
-) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int64]]:
-    """Return what the device sees of frames, and what is true in each."""
+) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int8]]:
+    """Return what the device sees of frames after the lead, and what is true in each."""
     stage = Preprocessor(settings, model.rows, model.columns)
     tracker = ContactTracker(model.rows, model.columns, settings.rate_hz)
+    slow = 1.0 / (SLOW_S * settings.rate_hz + 1)
     felt = depth > _FELT_MM
-    inputs, truth, fingers, first, usual = [], [], [], 0.0, 0.0
+    inputs, truth, first, usual, age = [], [], 0.0, 0.0, 0
     for at, frame in enumerate(frames):
-        seen = stage.step(frame)
-        given = None
-        if seen.ready:
-            given = tracker.inputs(seen.image, seen.idle, quiet=seen.quiet)
-        if given is None:
-            continue
+        seen, there, deepest = stage.step(frame), felt[at], float(depth[at].max())
+        given = tracker.inputs(seen.image, seen.idle)
+        tracker.notice(felt=bool(noticed[at].any()))
         if (mean := tracker.beginning(turned[: at + 1])) is not None:
             first = mean
-        deepest = depth[at].max()
-        usual += (deepest - usual) * tracker.newest(SLOW_S)
-        there = felt[at]
-        if at % (_EACH if there.any() else _EMPTY):
-            continue
+        age = age + 1 if there.any() else 0
+        usual += (deepest - usual) * max(slow, 1.0 / max(age, 1))
         weights = np.where(there, depth[at], _NONE)
         middle = complex((weights * point[at]).sum() / weights.sum()) / model.pitch_mm
         angle = turned[at] - first if there.sum() > 1 else 0.0
         x, y = middle.real + (model.columns - 1) / 2, middle.imag + (model.rows - 1) / 2
         inputs.append(given)
         truth.append((x, y, deepest, angle, deepest - usual))
-        fingers.append(min(int(there.sum()), MOST_FINGERS))
+    after = round(_LEAD_S * settings.rate_hz)
     return (
-        np.array(inputs, dtype=np.float16),
-        np.array(truth, dtype=np.float32).reshape(-1, VALUES),
-        np.array(fingers, dtype=np.int64),
+        np.array(inputs[after:], dtype=np.float16),
+        np.array(truth[after:], dtype=np.float32),
+        np.minimum(felt[after:].sum(axis=1), MOST_FINGERS).astype(np.int8),
     )
 
 
 def _touch(
-    time_s: Array, count: int, model: OrbModel, rng: np.random.Generator
+    time_s: Array, count: int, least_mm: float, model: OrbModel, rng: np.random.Generator
 ) -> tuple[Complex, Array, Array]:
-    """Return places (mm from the middle) and depths, (n, count), and angle, (n,), of a touch."""
+    """Return places (mm from the middle) and depths, (n, count), and angle, (n,), of a touch.
+
+    Its deepest finger is at least so deep while it is held.
+    """
     rim_mm = _RIM * model.pitch_mm * max(model.rows, model.columns) / 2
     away_mm = _AWAY * model.pitch_mm * (1.0 if count == 1 else 0.4)
     middle = _wander(time_s, rng.uniform(-away_mm, away_mm, 2), _STEP_MM, rng)
@@ -173,10 +181,10 @@ def _touch(
         pressed = min_jerk((time_s - begin_s) / rise_s) - min_jerk((time_s - back_s) / rise_s)
         deep = deep + rng.uniform(*_PRESS_MM) * pressed
         middle = middle[:1] if rng.random() < _IN_PLACE else middle
-    deep = np.clip(deep, _DEPTH_MM[0], _DEEPEST_MM)
+    deep = np.clip(deep, least_mm, _DEEPEST_MM)
     gripped = count > 2 and rng.random() < _GRIPPED
     if gripped:
-        middle = 0.3 * middle
+        middle = rng.uniform(*_GRIP_AWAY) * middle
     begin, part_mm = (_GRIP_MM, 1.0) if gripped else (_APART_MM, _PART_MM)
     apart = _wander(time_s, rng.uniform(*begin, 1), part_mm, rng)[:, 0]
     apart = np.clip(apart, *_APART_MM)
@@ -190,8 +198,9 @@ def _touch(
         place = place + apart[:, None] * np.exp(1j * np.radians(around + turned[:, None]))
     place = place * np.minimum(1.0, rim_mm / np.maximum(np.abs(place), 1e-9))
     later_s = np.sort(rng.uniform(0.0, _LATER_S, count))
-    land_s, lift_s = rng.uniform(*_LAND_S), rng.uniform(*_LIFT_S)
     lasts_s = float(time_s[-1])
+    land_s = rng.uniform(*(_LYING_S if lasts_s > _LASTS_S[1] else _LAND_S))
+    lift_s = rng.uniform(*_LIFT_S)
     scale = min(1.0, lasts_s / (land_s + lift_s + _LATER_S))
     down = min_jerk((time_s[:, None] - later_s * scale) / (land_s * scale))
     up = min_jerk((lasts_s - time_s[:, None]) / (lift_s * scale))

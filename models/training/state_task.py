@@ -32,14 +32,15 @@ from models.training import checkpoint
 from models.training.contact_task import simulated, write
 from models.training.request import Request
 
-PARTS: Final = 52  # simulated one by one, the last is held out
-ORBS: Final = 90  # of each part
-EPOCHS: Final = 36
-UNITS: Final = 224  # of both hidden layers
-BATCH: Final = 4096
-RATE: Final = 6e-3  # the highest learning rate
+PARTS: Final = 71  # simulated one by one, the last is held out
+ORBS: Final = 60  # of each part, trained together
+EPOCHS: Final = 24
+UNITS: Final = 128  # of the hidden layer, and recurrent ones
+CHUNK: Final = 72  # frames that an error is followed back
+RATE: Final = 4e-3  # the highest learning rate
+CLIP: Final = 1.0  # the greatest norm of a gradient
 DECAY: Final = 1e-3
-GOLDEN: Final = 16  # vectors in the bundle
+GOLDEN: Final = 40  # frames in the bundle
 BITS: Final = 9  # of the weights' precision: they take a third of the space in the bundle's file
 # Least deviations of place, depth, rise (shares of those in training) and angle (degrees)
 # that the likelihood knows: else it is all of contacts that do not move.
@@ -47,25 +48,32 @@ LEAST: Final = (0.02, 0.04, 0.0, 0.1)
 LEAST_DEG: Final = 4.0
 TURNED_DEG, TURNED = 8.0, 3.0  # an angle from here on weighs so much: most contacts do not turn
 AXES: Final = torch.tensor([2.0, 1.0, 1.0, 1.0])  # quantities of each variance
+# The network's arrays in the order of PyTorch's parameters
+WEIGHTS: Final = (
+    *("first", "first_bias", "gates", "memory", "gates_bias", "memory_bias"),
+    *("out", "out_bias"),
+)
 FIRM_MM: Final = 2.0  # contacts that the errors in the card are of
 
 
-def train_state(request: Request, base: Path, say: Say, orbs: int = ORBS) -> StateResult:
+def train_state(
+    request: Request, base: Path, say: Say, orbs: int = ORBS, parts: int = PARTS
+) -> StateResult:
     """Write the bundle `base` with a network of what touches its sensor in each frame."""
     loaded = bundle.read(base)
     folder = request.out.with_name(f"{request.out.name}.training")
     rounds = request.epochs or EPOCHS
-    checkpoint.claim(folder, ("state", loaded.hash, request.seed, orbs, rounds, software()))
+    checkpoint.claim(folder, ("state", loaded.hash, request.seed, orbs, parts, rounds, software()))
     grid = DataSet(rows=loaded.rows, columns=loaded.columns, pitch_mm=loaded.pitch_mm)
     draw = partial(_write_part, grid, loaded.preprocess, orbs)
-    paths = simulated(folder, draw, request.seed * PARTS, PARTS, say)
-    parts = [MovingContacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
-    network = fit(parts[:-1], (loaded.rows, loaded.columns), request.seed, rounds, say)
-    held = parts[-1]
-    golden = held.inputs[:: max(1, len(held.inputs) // GOLDEN)].astype(np.float32)
+    paths = simulated(folder, draw, request.seed * PARTS, parts, say)
+    made = [MovingContacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
+    network = fit(made[:-1], (loaded.rows, loaded.columns), request.seed, rounds, say)
+    held = made[-1]
+    golden = held.inputs[0, :GOLDEN].astype(np.float32)
     arrays = {"golden_inputs": golden, "golden_outputs": network.outputs(golden)}
     weights = {name: array.astype(np.float16) for name, array in network.arrays().items()}
-    frames = sum(len(one.inputs) for one in parts[:-1])
+    frames = sum(one.fingers.size for one in made[:-1])
     result = _judged(network, held, request.out.name, frames, loaded.pitch_mm)
     data = npz.pack({**weights, "scale": network.scale, **arrays})
     write(request, base, container.STATE, data, {}, result.words)
@@ -73,15 +81,29 @@ def train_state(request: Request, base: Path, say: Say, orbs: int = ORBS) -> Sta
     return result
 
 
+class RecurrentNetwork(nn.Module):
+    """What `ContactNetwork` computes, of many orbs' frames at once."""
+
+    def __init__(self, wide: int) -> None:
+        """Draw the weights for so many inputs."""
+        super().__init__()
+        self.first = nn.Linear(wide, UNITS)
+        self.units = nn.GRU(UNITS, UNITS, batch_first=True)
+        self.out = nn.Linear(2 * UNITS, OUTPUTS)
+
+    def forward(self, inputs: Tensor, before: Tensor | None) -> tuple[Tensor, Tensor]:
+        """Return the outputs of inputs (orbs, frames, wide), and the units after them."""
+        hidden = torch.relu(self.first(inputs))
+        units, last = self.units(hidden, before)
+        return self.out(torch.cat([units, hidden], dim=2)), last.detach()
+
+
 def fit(
     parts: list[MovingContacts], grid: tuple[int, int], seed: int, epochs: int, say: Say
 ) -> ContactNetwork:
     """Return a network for a grid (rows, columns), trained by the likelihood of what touches."""
     torch.manual_seed(seed)
-    inputs = torch.from_numpy(np.concatenate([one.inputs for one in parts]))
-    truth = torch.from_numpy(np.concatenate([one.truth for one in parts]))
-    fingers = torch.from_numpy(np.concatenate([one.fingers for one in parts]))
-    there = truth[fingers > 0]
+    there = torch.from_numpy(np.concatenate([one.truth[one.fingers > 0] for one in parts]))
     middle = torch.tensor([(grid[1] - 1) / 2, (grid[0] - 1) / 2])
     mean = torch.cat([middle, there[:, 2:].mean(dim=0)])
     mean[3:5] = 0.0
@@ -90,29 +112,34 @@ def fit(
     least = torch.tensor(LEAST)
     least[2] = LEAST_DEG / float(deviation[3])
     least = torch.square(least)
-    net = nn.Sequential(
-        *(nn.Linear(inputs.shape[1], UNITS), nn.ReLU()),
-        *(nn.Linear(UNITS, UNITS), nn.ReLU()),
-        nn.Linear(UNITS, OUTPUTS),
-    )
-    each = max(1, len(inputs) // BATCH)
+    frames, wide = parts[0].inputs.shape[1:]
+    net = RecurrentNetwork(wide)
+    chunks = [slice(at, at + CHUNK) for at in range(0, frames, CHUNK)]
+    steps = epochs * len(parts) * len(chunks)
     course = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
-    pace = torch.optim.lr_scheduler.OneCycleLR(course, RATE, total_steps=epochs * each + 1)
+    pace = torch.optim.lr_scheduler.OneCycleLR(course, RATE, total_steps=steps)
     for epoch in range(epochs):
-        total, order = 0.0, torch.randperm(len(inputs))
-        for batch in order[: each * BATCH].tensor_split(each):
-            seen, wanted = _turned(inputs[batch].float(), truth[batch], grid)
-            loss = _surprise(net(seen), (wanted - mean) / deviation, fingers[batch], least)
-            course.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
-            course.step()
-            pace.step()
-            total += float(loss.detach())
-        say(f"state: epoch {epoch + 1} of {epochs}, loss {total / each:.3f}")
-    names = ("first", "first_bias", "second", "second_bias", "out", "out_bias")
-    arrays = [_short(one.detach()) for one in net.parameters()]
-    scale = torch.stack([mean, deviation]).numpy().astype(np.float32)
-    return ContactNetwork(**dict(zip(names, arrays, strict=True)), scale=scale)
+        total = 0.0
+        for number in torch.randperm(len(parts)).tolist():
+            seen, wanted, fingers = tensors(parts[number], grid)
+            wanted, before = (wanted - mean) / deviation, None
+            for chunk in chunks:
+                out, before = net(seen[:, chunk], before)
+                loss = surprise(out, wanted[:, chunk], fingers[:, chunk], least)
+                course.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
+                nn.utils.clip_grad_norm_(net.parameters(), CLIP)
+                course.step()
+                pace.step()
+                total += float(loss.detach())
+        say(f"state: epoch {epoch + 1} of {epochs}, loss {total / len(parts) / len(chunks):.3f}")
+    return network_of(net, torch.stack([mean, deviation]))
+
+
+def network_of(net: RecurrentNetwork, scale: Tensor) -> ContactNetwork:
+    """Return a network's short weights, with the mean and deviation of the quantities."""
+    arrays = dict(zip(WEIGHTS, (_short(one.detach()) for one in net.parameters()), strict=True))
+    return ContactNetwork(**arrays, scale=scale.numpy().astype(np.float32))
 
 
 def _short(weights: Tensor) -> Matrix:
@@ -122,44 +149,50 @@ def _short(weights: Tensor) -> Matrix:
     return np.asarray(rounded.astype(np.float16).astype(np.float32))
 
 
-def _turned(inputs: Tensor, truth: Tensor, grid: tuple[int, int]) -> tuple[Tensor, Tensor]:
-    """Return inputs (n, inputs), truth (n, VALUES) of a mirrored or turned sensor, drawn at random.
+def tensors(part: MovingContacts, grid: tuple[int, int]) -> tuple[Tensor, Tensor, Tensor]:
+    """Return inputs, truth and fingers of orbs that are mirrored or turned, drawn at random.
 
     Fewer touches teach as much: the physics is the same in a mirror.
     """
+    inputs, truth = torch.from_numpy(part.inputs).float(), torch.from_numpy(part.truth).clone()
     rows, columns = grid
     size = PICTURES * rows * columns
-    pictures, truth = inputs[:, :size].view(-1, PICTURES, rows, columns), truth.clone()
+    shape = (*inputs.shape[:2], PICTURES, rows, columns)
+    pictures = inputs[..., :size].reshape(shape)
     across, along, swapped = torch.rand(3) < 0.5
     if across:
-        pictures = pictures.flip(3)
-        truth[:, 0] = columns - 1 - truth[:, 0]
+        pictures = pictures.flip(4)
+        truth[..., 0] = columns - 1 - truth[..., 0]
     if along:
-        pictures = pictures.flip(2)
-        truth[:, 1] = rows - 1 - truth[:, 1]
+        pictures = pictures.flip(3)
+        truth[..., 1] = rows - 1 - truth[..., 1]
     if swapped := bool(swapped) and rows == columns:
-        pictures = pictures.transpose(2, 3)
-        truth[:, :2] = rows - 1 - truth[:, :2].flip(1)
-    others = inputs[:, size:]
+        pictures = pictures.transpose(3, 4)
+        truth[..., :2] = rows - 1 - truth[..., :2].flip(2)
+    others = inputs[..., size:]
     if (bool(across) + bool(along) + swapped) % 2:
-        truth[:, 3] = -truth[:, 3]
+        truth[..., 3] = -truth[..., 3]
         others = others.clone()
-        others[:, -TURNS:] = -others[:, -TURNS:]
-    return torch.cat([pictures.reshape(-1, size), others], dim=1), truth
+        others[..., -TURNS:] = -others[..., -TURNS:]
+    return torch.cat([pictures.flatten(2), others], dim=2), truth, torch.from_numpy(part.fingers)
 
 
-def _surprise(out: Tensor, wanted: Tensor, fingers: Tensor, least: Tensor) -> Tensor:
-    """Return the negative log-likelihood of what touches, in deviations, under outputs."""
-    variance = torch.exp(out[:, VALUES : -1 - MOST_FINGERS]) + least
-    off = torch.square(out[:, :VALUES] - wanted)
-    off = torch.cat([off[:, :2].sum(dim=1, keepdim=True), off[:, 2:]], dim=1)
+def surprise(out: Tensor, wanted: Tensor, fingers: Tensor, least: Tensor) -> Tensor:
+    """Return the negative log-likelihood of what touches under outputs (orbs, frames, OUTPUTS).
+
+    What is wanted is in deviations, (orbs, frames, VALUES).
+    """
+    variance = torch.exp(out[..., VALUES : -1 - MOST_FINGERS]) + least
+    off = torch.square(out[..., :VALUES] - wanted)
+    off = torch.cat([off[..., :2].sum(dim=2, keepdim=True), off[..., 2:]], dim=2)
     surprise = 0.5 * (off / variance + AXES * torch.log(variance))
-    moved = wanted[:, 3].abs() > TURNED_DEG / LEAST_DEG * least[2].sqrt()
+    moved = wanted[..., 3].abs() > TURNED_DEG / LEAST_DEG * least[2].sqrt()
     there = (fingers > 0).float()
-    weights = there[:, None].repeat(1, len(LEAST))
-    weights[:, 2] = (fingers > 1) * torch.where(moved, TURNED, 1.0)
-    number = nn.functional.cross_entropy(out[:, -1 - MOST_FINGERS :], fingers)
-    return (surprise * weights).sum(dim=1).mean() + number
+    weights = there[..., None].repeat(1, 1, len(LEAST))
+    weights[..., 2] = (fingers > 1) * torch.where(moved, TURNED, 1.0)
+    logits = out[..., -1 - MOST_FINGERS :]
+    number = nn.functional.cross_entropy(logits.flatten(0, 1), fingers.flatten().long())
+    return (surprise * weights).sum(dim=2).mean() + number
 
 
 def _write_part(
@@ -174,15 +207,15 @@ def _judged(
     network: ContactNetwork, held: MovingContacts, name: str, frames: int, pitch_mm: float
 ) -> StateResult:
     """Return the median errors of contacts that were held out."""
-    out = network.outputs(held.inputs.astype(np.float32))
-    error = np.abs(network.scale[0] + network.scale[1] * out[:, :VALUES] - held.truth)
-    firm = held.truth[:, 2] > FIRM_MM
+    out = np.array([network.outputs(orb.astype(np.float32)) for orb in held.inputs])
+    error = np.abs(network.scale[0] + network.scale[1] * out[..., :VALUES] - held.truth)
+    firm = held.truth[..., 2] > FIRM_MM
     one, turned = firm & (held.fingers == 1), firm & (held.fingers > 1)
     return StateResult(
         name,
         frames,
-        pitch_mm * float(np.median(error[one, :2])),
-        float(np.median(error[one, 2])),
-        float(np.median(error[turned, 3])),
-        float((out[firm, -1 - MOST_FINGERS :].argmax(axis=1) == held.fingers[firm]).mean()),
+        pitch_mm * float(np.median(error[one][:, :2])),
+        float(np.median(error[one][:, 2])),
+        float(np.median(error[turned][:, 3])),
+        float((out[..., -1 - MOST_FINGERS :].argmax(axis=2) == held.fingers)[firm].mean()),
     )

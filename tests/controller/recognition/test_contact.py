@@ -7,7 +7,7 @@ import pytest
 
 from controller.bundles import bundle, container
 from controller.bundles.container import BundleError
-from controller.recognition.contact import SLOW_S, ContactEstimate, ContactTracker
+from controller.recognition.contact import TURNS, ContactEstimate, ContactTracker
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import Pipeline
 from controller.shared import npz
@@ -70,29 +70,34 @@ def test_two_fingers_are_no_single_one() -> None:
     assert one.fingers_sure > 0.5
 
 
-def test_a_touch_that_deepens_is_the_same_and_one_after_a_short_lift_is_another() -> None:
-    shape = np.exp(-np.square(np.indices((5, 5)) - 2.0).sum(axis=0) / 3.0)
-    tracker, begun = ContactTracker(5, 5, 40.0), []
-    courses = ([0.2] * 12, [0.3, 0.4, 0.5] + [0.5] * 5, [0.3, 0.1, 0.05], [0.2, 0.4] + [0.4] * 5)
-    for strength in np.concatenate(courses):
-        tracker.inputs((1.0 - strength * shape).astype(np.float32), 0.003, quiet=False)
-        begun.append(tracker.newest(SLOW_S) == 1.0)
-    assert begun[0]
-    assert not any(begun[1:23])  # deepening and lifting
-    assert any(begun[23:])
+def test_turns_are_of_the_touch_s_beginning_and_two_untouched_images_do_not_end_it() -> None:
+    row, column = np.indices((5, 5)) - 2.0
+    tracker, turned = ContactTracker(5, 5, 40.0), []
+    for at, angle in enumerate([0.0] * 10 + [0.5] * 10):
+        along = column * np.cos(angle) + row * np.sin(angle)
+        across = row * np.cos(angle) - column * np.sin(angle)
+        image = 1.0 - 0.3 * np.exp(-(along**2 / 6.0 + across**2 / 2.0))
+        inputs = tracker.inputs(image.astype(np.float32), 0.003)
+        tracker.notice(felt=at not in (12, 13, 16, 17, 18))
+        turned.append(float(np.abs(inputs[-TURNS:]).max()))
+    assert max(turned[1:10]) < 0.01  # it lies still
+    assert min(turned[10:16]) > 0.1  # it has turned
+    assert max(turned[19:]) < 0.01  # another touch begins
 
 
 def test_a_tracker_continues_exactly_where_its_state_was_taken() -> None:
+    assert USUAL.contacts is not None
     rng = np.random.default_rng(1)
     images = [(1.0 - 0.1 * rng.random((5, 5))).astype(np.float32) for _ in range(12)]
-    whole, other = ContactTracker(5, 5, 40.0), ContactTracker(5, 5, 40.0)
+    units = len(USUAL.contacts.first)
+    whole, other = (ContactTracker(5, 5, 40.0, units) for _ in range(2))
     for image in images[:6]:
-        whole.inputs(image, 0.003, quiet=False)
+        whole.step(image, 0.003, USUAL.contacts)
     other.restore(whole.state())
     for image in images[6:]:
-        np.testing.assert_array_equal(
-            whole.inputs(image, 0.003, quiet=False), other.inputs(image, 0.003, quiet=False)
-        )
+        one, same = (each.step(image, 0.003, USUAL.contacts) for each in (whole, other))
+        assert one is not None
+        assert one == same
 
 
 def test_a_bundle_without_the_network_says_nothing_and_one_with_another_s_answers_is_refused() -> (
