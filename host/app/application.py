@@ -273,7 +273,7 @@ class OrbApp(Orb):
             ):
                 pass
             case pygame.KEYDOWN | pygame.KEYUP if event.key == _TWO_FINGERS:
-                self.touch.two_fingers = event.type == pygame.KEYDOWN
+                self.touch.hold_two(event.type == pygame.KEYDOWN)
             case pygame.KEYDOWN if event.key == pygame.K_F2:
                 self._show_lab()
             case pygame.KEYDOWN if self.programs.hot_key(pygame.key.name(event.key)):

@@ -5,7 +5,7 @@ A mouse has three ways to touch:
 
 - **press**: the left button holds one finger where the pointer is, and drags it along; the wheel,
   or the right button meanwhile, presses it deeper for a moment;
-- **pinch**: the right button, or the left one while a key is held, anywhere, holds two opposing
+- **pinch**: the right button, or the left one in two-finger mode, anywhere, holds two opposing
   fingers about the dome's middle, as a hand does, that close in, to the end even if it is only
   clicked;
 - **twist**: the left button on the rim, outside the taxels, and going round by some degrees lays
@@ -127,7 +127,7 @@ class PointerInput:
     """Fingers on the dome, and when to send them to the device.
 
     Positions are in grid units, times in seconds of any clock that never turns back.
-    `two_fingers` makes the left button pinch, as long as its key is held.
+    `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.
     `phone` holds the fingers on a phone's page. `light`: a single finger leaves room to be pressed
     deeper.
     """
@@ -151,13 +151,14 @@ class PointerInput:
     _screen: dict[Hashable, Contact] = field(default_factory=dict)
     _sent: tuple[Contact, ...] = ()
     _sent_s: float = -math.inf
+    _key_used: bool = False
 
     def press(self, x: float, y: float, now_s: float, *, pinch: bool = False) -> bool:
         """Put the mouse's finger or fingers down; return whether the dome was hit."""
         if (self.mode is not None and not self._up) or not self.pad.on_dome(x, y):
             return False
         self.mode = Mode.PINCH if pinch or self.two_fingers else Mode.PRESS
-        self._up, self._deeper_s = False, -math.inf
+        self._key_used, self._up, self._deeper_s = True, False, -math.inf
         self._began = self._pointer = x, y
         self._angle, self._round = self._angle_of(x, y), 0.0
         self._rim = self.mode is Mode.PRESS and self.pad.on_rim(x, y)
@@ -187,6 +188,13 @@ class PointerInput:
         """Press the mouse's finger deeper, for a moment."""
         if now_s >= self._deeper_s + DEEPER_S:
             self._deeper_s = now_s
+
+    def hold_two(self, down: bool) -> None:
+        """Take the two-finger key: a tap switches the mode, a hold lends it for one touch."""
+        if down:
+            self.two_fingers, self._key_used = not self.two_fingers, False
+        elif self._key_used:
+            self.two_fingers = False
 
     def finger(self, finger: Hashable, x: float, y: float, *, down: bool = False) -> None:
         """Put one finger of a touch screen down, or move it; it slides along the dome's edge."""

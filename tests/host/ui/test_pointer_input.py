@@ -220,13 +220,19 @@ def mode_of_a_press(touch: PointerInput, now_s: float) -> Mode | None:
     return mode
 
 
-def test_left_button_pinches_while_the_two_finger_key_is_held() -> None:
+def test_tap_of_the_two_finger_key_switches_the_left_button() -> None:
     touch = PointerInput()
-    touch.two_fingers = True
+    touch.hold_two(True)
+    touch.hold_two(False)
     assert mode_of_a_press(touch, 0.0) is Mode.PINCH
     assert mode_of_a_press(touch, 1.0) is Mode.PINCH
-    touch.two_fingers = False
+    touch.hold_two(True)
+    touch.hold_two(False)
     assert mode_of_a_press(touch, 2.0) is Mode.PRESS
+    touch.hold_two(True)  # held, it is forgotten after one touch
+    assert mode_of_a_press(touch, 3.0) is Mode.PINCH
+    touch.hold_two(False)
+    assert mode_of_a_press(touch, 4.0) is Mode.PRESS
 
 
 def go_round(touch: PointerInput, turn_deg: float, steps: int = 10) -> None:
@@ -318,7 +324,7 @@ def test_losing_the_focus_lifts_everything() -> None:
     touch.press(2.0, 2.0, now_s=0.0)
     touch.finger(7, 1.0, 1.0, down=True)
     touch.update(0.0)
-    touch.two_fingers = True
+    touch.hold_two(True)
     touch.lift_all()
     assert touch.update(0.1) == Contacts(())
     assert mode_of_a_press(touch, 1.0) is Mode.PRESS
