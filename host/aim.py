@@ -22,7 +22,7 @@ SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
-SURE: Final = 0.6  # probability from which several fingers are no single one
+SEVERAL_PROBABILITY: Final = 0.6  # probability from which several fingers are no single one
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
@@ -240,7 +240,7 @@ def _number(game: Game) -> object:
 
 
 def _of_several(touch: ContactState) -> bool:
-    return touch.fingers > 1 and touch.fingers_sure >= SURE
+    return touch.fingers > 1 and touch.fingers_sure >= SEVERAL_PROBABILITY
 
 
 def _mean(seen: Collection[tuple[float, ContactState]], name: str) -> float:

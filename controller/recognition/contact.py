@@ -30,7 +30,7 @@ _HARMONICS: Final = (1, 2, 3)  # of what lies around the middle of a touch, by w
 _REACH: Final = (0.5, 1.5)  # exponents of the distance, with which they are weighed
 _TINY: Final = 1e-6
 _LEAST_SIGMA: Final = 1e-3  # share of the deviation in training
-_SEVERAL: Final = 4.5  # several fingers must be so much likelier than one: it is the usual case
+_SEVERAL_ODDS: Final = 4.5  # several fingers must be so many times as likely as one
 
 Matrix = NDArray[np.float32]
 
@@ -92,6 +92,11 @@ class ContactNetwork:
     out_bias: Matrix  # (OUTPUTS,)
     scale: Matrix  # mean and deviation of the quantities in training, (2, VALUES)
 
+    @property
+    def units(self) -> int:
+        """Number of recurrent units."""
+        return len(self.first)
+
     def step(self, inputs: Matrix, before: Matrix) -> tuple[Matrix, Matrix]:
         """Return the outputs, (OUTPUTS,), of a frame's inputs, and the units after it.
 
@@ -109,7 +114,7 @@ class ContactNetwork:
 
     def outputs(self, inputs: Matrix) -> Matrix:
         """Return the outputs, (n, OUTPUTS), of the inputs of frames in order, (n, inputs)."""
-        found, units = [], np.zeros(self.memory.shape[1], dtype=np.float32)
+        found, units = [], np.zeros(self.units, dtype=np.float32)
         for row in inputs:
             out, units = self.step(row, units)
             found.append(out)
@@ -127,7 +132,7 @@ class ContactNetwork:
         share /= share.sum()
         if share[0] > 0.5:
             return None
-        share[2:] /= _SEVERAL
+        share[2:] /= _SEVERAL_ODDS
         share /= share.sum()
         fingers = 1 + int(share[1:].argmax())
         return ContactEstimate(
@@ -156,6 +161,7 @@ class ContactTracker:
         self._age = 0  # images of the touch; 0: none
         self._still = 0  # untouched images in a row, during a touch
         self._signal, self._fast, self._slow, self._first = np.zeros((4, rows, columns))
+        self._first_harmonics = np.zeros(TURNS, dtype=np.complex128)  # harmonics of the beginning
         self._units = np.zeros(units, dtype=np.float32)
 
     def step(self, image: Image, idle: float, network: ContactNetwork) -> ContactEstimate | None:
@@ -183,7 +189,7 @@ class ContactTracker:
         pictures = [p.ravel() / strength for p in (self._signal, self._fast, self._slow)]
         turned = np.zeros(TURNS, dtype=np.complex128)
         if self._age:
-            turned = self._harmonics(pictures[0]) * self._harmonics(self._first.ravel()).conj()
+            turned = self._harmonics(pictures[0]) * self._first_harmonics.conj()
             turned /= np.sqrt(np.abs(turned) + _TINY)
         rest = (math.log(strength / 0.05), min(idle / strength, 2.0))
         return np.concatenate([*pictures, rest, turned.real, turned.imag]).astype(np.float32)
@@ -195,10 +201,14 @@ class ContactTracker:
             self._age = 0
             return
         self._age += 1
-        if self._age <= max(1, self._begin[0]):
+        begin, end = self._begin
+        if self._age <= max(1, begin):
             self._first = self._signal
-        elif self._age <= max(self._begin[0] + 1, self._begin[1]):
-            self._first = self._first + (self._signal - self._first) / (self._age - self._begin[0])
+        elif self._age <= max(begin + 1, end):
+            self._first = self._first + (self._signal - self._first) / (self._age - begin)
+        else:
+            return
+        self._first_harmonics = self._harmonics(self._first.ravel())
 
     def beginning(self, course: Array) -> float | None:
         """Return the mean of a course, (n,), over the touch's beginning; None once that is over."""
@@ -231,5 +241,6 @@ class ContactTracker:
     def restore(self, state: State) -> None:
         """Continue exactly where `state` was taken."""
         self._signal, self._fast, self._slow, self._first = state["averages"].copy()
+        self._first_harmonics = self._harmonics(self._first.ravel())
         self._age, self._still = (int(n) for n in state["age"])
         self._units = state["units"].astype(np.float32)

@@ -1,4 +1,4 @@
-"""What the debouncer fires in a whole recording at once, so that many settings can be compared.
+"""Debouncing of a whole recording at once, so that many settings can be compared.
 
 `smooth` and `fire` do what `Debouncer` does frame by frame; a test compares both. By them `patient`
 finds which gestures have to wait for a taught one. What touches is not known here.
@@ -25,9 +25,9 @@ from controller.recognition.debounce import (
 from controller.shared.aliases import Index
 
 # What makes an older gesture wait for a taught one
-_ENOUGH: Final = 0.2  # share of a gesture's streams in which the older one fires first
-_NEAR: Final = 0.97  # of the bounds: what comes so near fires on another day or orb
-_MARGIN: Final = 1.2  # of the longest time in the streams: people vary
+_EARLY_SHARE: Final = 0.2  # share of a gesture's streams in which the older one fires first
+_NEAR_SHARE: Final = 0.97  # of the bounds: what comes so near fires on another day or orb
+_WAIT_FACTOR: Final = 1.2  # of the longest time in the streams: people vary
 LONGEST_S: Final = 0.6  # a command that comes later feels lost
 
 
@@ -188,7 +188,7 @@ def patient(
     if label in settings.eager:
         return settings
     weight, own = settings.weight(idle), labels.index(label)
-    on, late = _NEAR * settings.on, _NEAR * settings.late
+    on, late = _NEAR_SHARE * settings.on, _NEAR_SHARE * settings.late
     eager = replace(settings, on=on, late=late, patient=(), awaited=(), patience_s=0.0)
     delays: dict[int, list[float]] = {}
     for stream in streams:
@@ -197,10 +197,10 @@ def patient(
         sure = np.flatnonzero(means[:, own] >= min(on, late))
         if first is not None and first[1] < own and len(sure) and sure[0] > first[0]:
             delays.setdefault(first[1], []).append(float(sure[0] - first[0]) / rate_hz)
-    early = {kind: max(s) for kind, s in delays.items() if len(s) >= _ENOUGH * len(streams)}
+    early = {kind: max(s) for kind, s in delays.items() if len(s) >= _EARLY_SHARE * len(streams)}
     if not early:
         return settings
-    longest_s = min(LONGEST_S, _MARGIN * max(early.values()))
+    longest_s = min(LONGEST_S, _WAIT_FACTOR * max(early.values()))
     waiting = (*settings.patient, *(labels[kind] for kind in sorted(early)))
     return replace(
         settings,

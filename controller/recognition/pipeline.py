@@ -233,9 +233,8 @@ class Pipeline:
         self._strength = settings.strength
         rate_hz = settings.preprocess.rate_hz
         self._contact, self._radius = settings.contact, settings.radius
-        self._contacts, units = settings.contacts, 0
-        if settings.contacts is not None:
-            units = len(settings.contacts.first)
+        self._contacts = settings.contacts
+        units = 0 if settings.contacts is None else settings.contacts.units
         self._tracker = ContactTracker(settings.rows, settings.columns, rate_hz, units)
         self._steady = set(settings.contact.several).difference(settings.debounce.slow)
         self._refused = False  # the touch that is held was too wide or narrow for its gesture

@@ -78,10 +78,10 @@ def why(error: BaseException, name: str = "") -> str:
             return _WORDS.get(number) or os.strerror(number).lower()
         inner = inner.__cause__ or inner.__context__
     text = " ".join(str(error).split())
-    return next((words for part, words in _SAID["texts"].items() if part in text), text)
+    return next((words for part, words in _SENTENCES["texts"].items() if part in text), text)
 
 
-_SAID: Final = tomllib.loads((files(__package__) / "ports.toml").read_text("utf-8"))
+_SENTENCES: Final = tomllib.loads((files(__package__) / "ports.toml").read_text("utf-8"))
 _WORDS: Final = {
-    getattr(errno, name): words for words, names in _SAID["errors"].items() for name in names
+    getattr(errno, name): words for words, names in _SENTENCES["errors"].items() for name in names
 }

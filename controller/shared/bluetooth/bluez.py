@@ -147,7 +147,7 @@ class Bus:
         try:
             found: Objects = await self.call("/", _OBJECTS, "GetManagedObjects")
         except BluetoothError as error:
-            if error.name in _ABSENT:
+            if error.name in _ABSENT_ERRORS:
                 return {}
             raise
         return found
@@ -159,7 +159,7 @@ class Bus:
             if name in ("", path.rpartition("/")[2], properties.get("Address")):
                 return path
         if not await self.running():
-            raise BluetoothError(_WORDS[_ABSENT[0]])
+            raise BluetoothError(_WORDS[_ABSENT_ERRORS[0]])
         if name and found:
             there = ", ".join(path.rpartition("/")[2] for path in found)
             raise BluetoothError(f"there is no Bluetooth adapter {name}; there is {there}")
@@ -281,9 +281,9 @@ def explain(name: str, text: str) -> str:
     return _WORDS[name].format(text=text or name) if name in _WORDS else text or name
 
 
-_SAID: Final = tomllib.loads((files(__package__) / "bluez.toml").read_text("utf-8"))
+_SENTENCES: Final = tomllib.loads((files(__package__) / "bluez.toml").read_text("utf-8"))
 _WORDS: Final = {
-    **{f"{_DBUS}.Error.{name}": words for name, words in _SAID["freedesktop"].items()},
-    **{f"{BLUEZ}.Error.{name}": words for name, words in _SAID["bluez"].items()},
+    **{f"{_DBUS}.Error.{name}": words for name, words in _SENTENCES["freedesktop"].items()},
+    **{f"{BLUEZ}.Error.{name}": words for name, words in _SENTENCES["bluez"].items()},
 }
-_ABSENT: Final = (f"{_DBUS}.Error.ServiceUnknown", f"{_DBUS}.Error.NameHasNoOwner")
+_ABSENT_ERRORS: Final = (f"{_DBUS}.Error.ServiceUnknown", f"{_DBUS}.Error.NameHasNoOwner")

@@ -89,8 +89,7 @@ def test_a_tracker_continues_exactly_where_its_state_was_taken() -> None:
     assert USUAL.contacts is not None
     rng = np.random.default_rng(1)
     images = [(1.0 - 0.1 * rng.random((5, 5))).astype(np.float32) for _ in range(12)]
-    units = len(USUAL.contacts.first)
-    whole, other = (ContactTracker(5, 5, 40.0, units) for _ in range(2))
+    whole, other = (ContactTracker(5, 5, 40.0, USUAL.contacts.units) for _ in range(2))
     for image in images[:6]:
         whole.step(image, 0.003, USUAL.contacts)
     other.restore(whole.state())

@@ -22,7 +22,7 @@ def test_a_press_waits_for_a_double_tap_as_long_as_the_examples_take() -> None:
     examples = [stream((NULL, 9), (PRESS, 4), (NULL, gap), (DOUBLE_TAP, 5)) for gap in (4, 8, 6)]
     found = patient(EAGER, LABELS, "double_tap", examples, RATE_HZ)
     assert (found.patient, found.awaited) == (("press",), ("double_tap",))
-    assert found.patience_s == debounced_stream._MARGIN * (4 + 8) / RATE_HZ
+    assert found.patience_s == debounced_stream._WAIT_FACTOR * (4 + 8) / RATE_HZ
 
 
 def test_nobody_waits_for_a_gesture_that_is_told_apart_at_once() -> None:
