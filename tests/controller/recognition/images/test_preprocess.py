@@ -239,6 +239,16 @@ def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> N
     assert found[-1] == pytest.approx(settled)
 
 
+def test_a_finger_that_rests_again_and_again_on_a_dome_that_has_not_recovered_is_no_rest() -> None:
+    returns = Rebaseline(PreprocessSettings(adopt_s=0.3))
+    resting = REST_PF * 0.92  # fast play keeps the rubber low, and a finger rests at the rim
+    resting[1:4, 0] *= 0.75
+    resting[1:4, 1] *= 0.9
+    for _ in range(3):
+        for frame, deviation in ((REST_PF * 0.6, 0.4), *[(resting, 0.12)] * 3):
+            assert returns.step(frame, deviation, REST_PF, 0.015) is None
+
+
 def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
     stage, tap = rested(2.0), pressed(0.6)
     tap[:, :, :2] *= 0.6
