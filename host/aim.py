@@ -17,18 +17,22 @@ from tetris.engine.game import Action, Game
 SETTLE_S: Final = 0.15  # after which a touch may have settled
 SETTLED_MM: Final = 1.0  # its two halves differ by less, or it rises by less
 BEGIN_MM: Final = 0.9  # of a rise or a fall: the column is frozen
-DROP_MM: Final = 1.4  # of a rise: the piece drops
+DROP_MM: Final = 1.1  # of a rise: the piece drops
 SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
 SEVERAL_PROBABILITY: Final = 0.6  # probability from which several fingers are no single one
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
+ONE_FRAMES: Final = 6  # that surely show one, until it makes no gesture of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
 FINE: Final = ((5.0, 2.0), (7.5, 7.5))  # finger's way, piece's way, in columns; equal beyond
 RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
+SLIDING: Final = 0.2  # and from its first half: a rise is no press, as the rim feels less
+EDGE: Final = 0.2  # grid units beyond the outer taxels: the piece is at the edge
+EDGE_FRAMES: Final = 4  # that a rise lasts there: a slide from the rim is seen late
 LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
 GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows
 LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
@@ -54,12 +58,14 @@ class Aim:
         self._landed = self.touching = self._upper = False
         self._steers = True  # before its depth has settled, too
         self._several = 0  # frames with several fingers, less those with one
+        self._one = 0  # frames in a row with one finger for sure
         self._rest(-math.inf)
 
     def _rest(self, now_s: float) -> None:
         """Forget depth and place, as of a new touch."""
         self._since_s, self._settled = now_s, False
         self._landing_mm = 0.0  # what the landing leaves of the rise
+        self._rising = 0  # frames in a row of a rise that drops
         self._deepest_mm = self._least_mm = 0.0  # and the least since the deepest
         self._anchor: tuple[float, float] | None = None  # x, and the piece's middle there
         self._goal: tuple[int, int] | None = None  # width and left column of the piece
@@ -85,6 +91,10 @@ class Aim:
             self._landed = self.touching = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
         self._several = max(0, self._several + (1 if _of_several(touch) else -1))
+        sure = touch.fingers == 1 and touch.fingers_sure >= SEVERAL_PROBABILITY
+        self._one = self._one + 1 if sure else 0
+        if self._one >= ONE_FRAMES:
+            self._from = (_number(game), _span(game)[0])
         if self._steers and not self._settled:  # one that presses deeper may look like two
             if self._several >= SEVERAL_FRAMES and self.touching:
                 self._spend()
@@ -128,9 +138,11 @@ class Aim:
     def command(self, action: Action, located: bool, now_s: float, game: Game) -> list[Action]:
         """Take a recognised gesture; return what it does, () of one that the place decides.
 
-        A gesture of several fingers may have steered as one finger: that is taken back.
+        A gesture of several fingers may have steered as one finger: that is taken back. What surely
+        is one finger makes none: it slides.
         """
-        if located or (action is Action.HARD_DROP and now_s < self._dropped_s + LATE_S):
+        one = self._landed and self._one >= ONE_FRAMES
+        if located or one or (action is Action.HARD_DROP and now_s < self._dropped_s + LATE_S):
             return []
         recent = self._landed or now_s < self._lifted_s + LATE_S
         self._spend()
@@ -150,6 +162,16 @@ class Aim:
         """Whether the finger slides no more."""
         return self._change("x") < RESTING + touch.place_sigma / 2
 
+    def _beyond(self, touch: ContactState) -> bool:
+        """Whether the finger is beyond the outer taxels, where the piece is at the edge."""
+        return not -EDGE < touch.x < self._across + EDGE
+
+    def _slides(self, touch: ContactState) -> bool:
+        """Whether the finger is elsewhere than just before."""
+        before = list(self._recent)[: len(self._recent) // 2]
+        away = touch.x - _mean(before, "x"), touch.y - _mean(before, "y")
+        return math.hypot(*away) > SLIDING + touch.place_sigma / 2
+
     def _change(self, name: str) -> float:
         """Return by how much an attribute's mean differs between the halves of `SETTLE_S`."""
         seen, half = list(self._recent), len(self._recent) // 2
@@ -163,7 +185,9 @@ class Aim:
 
     def _steer(self, touch: ContactState, rise_mm: float, now_s: float, game: Game) -> list[Action]:
         noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
-        if self._settled and rise_mm >= max(DROP_MM, noise_mm):
+        deeper = self._settled and rise_mm >= max(DROP_MM, noise_mm)
+        self._rising = self._rising + 1 if deeper and not self._slides(touch) else 0
+        if self._rising >= (EDGE_FRAMES if self._beyond(touch) else 1):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
             self._rest(now_s)
@@ -188,7 +212,7 @@ class Aim:
     def _middle(self, touch: ContactState, game: Game) -> float:
         """Return where the piece's middle is to be, in columns."""
         scale = game.config.columns / self._across
-        if self._anchor is None:
+        if self._anchor is None or self._beyond(touch):
             return touch.x * scale
         x, middle = self._anchor
         return middle + _fine((touch.x - x) * scale)

@@ -15,9 +15,15 @@ FIRM_MM = 9.0
 
 
 def contact(
-    x: float, y: float, depth_mm: float, *, fingers: int = 1, place_sigma: float = 0.0
+    x: float,
+    y: float,
+    depth_mm: float,
+    *,
+    fingers: int = 1,
+    place_sigma: float = 0.0,
+    sure: float = 1.0,
 ) -> ContactState:
-    return ContactState(0, x, y, place_sigma, depth_mm, fingers=fingers, fingers_sure=1.0)
+    return ContactState(0, x, y, place_sigma, depth_mm, fingers=fingers, fingers_sure=sure)
 
 
 class Play:
@@ -40,6 +46,7 @@ class Play:
         to_x: float | None = None,
         to_mm: float | None = None,
         fingers: int = 1,
+        sure: float = 1.0,
     ) -> None:
         """Hold a finger, or move it evenly to another place and depth."""
         frames = round(seconds / FRAME_S)
@@ -47,7 +54,7 @@ class Play:
             share = number / frames
             here = x + share * ((x if to_x is None else to_x) - x)
             depth = depth_mm + share * ((depth_mm if to_mm is None else to_mm) - depth_mm)
-            self.frame(contact(here, y, depth, fingers=fingers))
+            self.frame(contact(here, y, depth, fingers=fingers, sure=sure))
 
     def frame(self, touch: ContactState) -> None:
         self.now_s += FRAME_S
@@ -106,7 +113,7 @@ def test_the_column_is_that_from_before_the_finger_pressed_and_shifted() -> None
     play = Play()
     play.hold(0.4, 1.0)
     wanted = play.columns
-    play.hold(0.15, 1.0, to_x=1.8, to_mm=FIRM_MM + 6.0)
+    play.hold(0.15, 1.0, to_x=1.3, to_mm=FIRM_MM + 6.0)
     assert play.game.pieces_placed == 1
     landed = [x for x, mark in enumerate(play.game.board.rows[0]) if mark != "."]
     assert landed == wanted
@@ -177,6 +184,36 @@ def test_a_finger_that_leaves_for_a_moment_is_another_touch(least_mm: float) -> 
     assert play.columns == [7, 8, 9]
 
 
+@pytest.mark.parametrize(("x", "inward"), [(-0.8, 0.4), (4.8, 3.6)])
+def test_a_slide_from_the_rim_drops_nothing_though_it_is_felt_deeper_there(
+    x: float, inward: float
+) -> None:
+    play = Play()
+    play.hold(0.4, x, 5.0)
+    play.hold(0.1, x, 5.0, to_mm=8.0)  # the place is seen late
+    play.hold(0.1, x, 8.0, to_x=inward, to_mm=6.0)
+    play.hold(0.3, inward, 6.0)
+    assert play.game.pieces_placed == 0
+    play.hold(0.1, inward, 6.0, to_mm=11.0)
+    assert play.game.pieces_placed == 1
+
+
+def test_a_press_on_the_rim_drops() -> None:
+    play = Play()
+    play.hold(0.4, 4.6, 5.0)
+    play.hold(0.1, 4.6, 5.0, to_mm=10.0)
+    play.hold(0.1, 4.6, 10.0)
+    assert play.game.pieces_placed == 1
+
+
+def test_the_rim_is_the_edge_wherever_the_finger_has_settled() -> None:
+    play = Play()
+    play.hold(0.4, 2.8)
+    assert 9 not in play.columns
+    play.hold(0.1, 2.8, to_x=4.3)  # from elsewhere that would move the piece by one column
+    assert 9 in play.columns
+
+
 def test_a_slide_and_a_lift_drop_nothing() -> None:
     play = Play()
     play.hold(0.4, 0.5)
@@ -192,10 +229,22 @@ def test_a_gesture_whose_fingers_were_taken_for_one_is_taken_back_too() -> None:
     play.lift(3.0)
     aimed = play.columns
     play.now_s += 1.0
-    play.hold(0.2, 2.0)  # really a pinch about the middle
+    play.hold(0.2, 2.0, sure=0.5)  # really a twist about the middle
     play.command(Action.ROTATE_CW)
     assert play.done[-1] is Action.ROTATE_CW
     assert set(play.columns) <= set(aimed)
+
+
+@pytest.mark.parametrize("action", [Action.ROTATE_CW, Action.HARD_DROP])
+def test_a_gesture_of_several_fingers_is_none_where_there_surely_is_one(action: Action) -> None:
+    play = Play()
+    play.hold(0.4, 1.0)
+    play.hold(0.15, 1.0, to_x=3.0)  # a quick slide may look like another gesture
+    play.command(action)
+    assert action not in play.done
+    play.hold(0.2, 3.0)
+    play.hold(0.1, 3.0, to_mm=FIRM_MM + 5.0)
+    assert play.done[-1] is Action.HARD_DROP
 
 
 def test_a_drop_by_depth_is_not_repeated_by_a_pinch_recognised_in_it() -> None:
