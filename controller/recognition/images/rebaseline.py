@@ -14,8 +14,8 @@ STILL_S: Final = 0.3  # time for which a busy sensor must stay at a level
 _BUSY: Final = 1 / 3  # of `adopt_s`
 _RETURNS: Final = 3
 _PEAK: Final = 2.0  # times the deviation there: least peak of a touch between two returns
-# Hysteresis lowers the whole dome: its unevenness is 0.23 at most in simulated play. That of a finger
-# is 0.32 and more, even on a lowered dome, on which fast play presses before it has recovered.
+# Hysteresis lowers the whole dome: its unevenness is 0.23 at most in simulated play. A finger's is
+# 0.32 and more, even on a lowered dome, on which fast play presses before it has recovered.
 _LOCAL: Final = 0.28
 
 
