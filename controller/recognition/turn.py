@@ -17,7 +17,7 @@ from controller.shared.aliases import State
 _HALVED_DEG: Final = 45.0  # deviation of an angle that halves its weight in the running mean
 _WOUND_DEG: Final = (36.0, 6.0)  # a smaller angle may be winding up: at first, and later
 _WOUND_S: Final = (0.43, 0.66)  # time in the touch from which, and up to which it falls
-_MARGIN_SIGMAS: Final = 0.6  # of the newest angle, added to that
+_MARGIN_SIGMAS: Final = 0.3  # of the newest angle, added to that
 _BACK_DEG: Final = 4.0  # below its greatest, a turn has ended or goes back
 _REVERSED_DEG: Final = (8.0, 4.0)  # turned the other way, and beyond zero
 _TURNING_DEG: Final = (8.0, 15.0)  # now, or at any time: no pinch for now
