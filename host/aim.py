@@ -22,9 +22,9 @@ SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
-SEVERAL_PROBABILITY: Final = 0.6  # probability from which several fingers are no single one
+SEVERAL_PROBABILITY: Final = 0.75  # probability from which several fingers are no single one
 SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
-ONE_FRAMES: Final = 6  # that surely show one, until it makes no gesture of several
+ONE_FRAMES: Final = 6  # that show one, until it makes no gesture of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
@@ -58,7 +58,7 @@ class Aim:
         self._landed = self.touching = self._upper = False
         self._steers = True  # before its depth has settled, too
         self._several = 0  # frames with several fingers, less those with one
-        self._one = 0  # frames in a row with one finger for sure
+        self._one = 0  # frames in a row with one finger
         self._rest(-math.inf)
 
     def _rest(self, now_s: float) -> None:
@@ -91,8 +91,7 @@ class Aim:
             self._landed = self.touching = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
         self._several = max(0, self._several + (1 if _of_several(touch) else -1))
-        sure = touch.fingers == 1 and touch.fingers_sure >= SEVERAL_PROBABILITY
-        self._one = self._one + 1 if sure else 0
+        self._one = self._one + 1 if touch.fingers == 1 else 0
         if self._one >= ONE_FRAMES:
             self._from = (_number(game), _span(game)[0])
         if self._steers and not self._settled:  # one that presses deeper may look like two

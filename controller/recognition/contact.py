@@ -30,7 +30,6 @@ _HARMONICS: Final = (1, 2, 3)  # of what lies around the middle of a touch, by w
 _REACH: Final = (0.5, 1.5)  # exponents of the distance, with which they are weighed
 _TINY: Final = 1e-6
 _LEAST_SIGMA: Final = 1e-3  # share of the deviation in training
-_SEVERAL_ODDS: Final = 4.5  # several fingers must be so many times as likely as one
 
 Matrix = NDArray[np.float32]
 
@@ -132,8 +131,6 @@ class ContactNetwork:
         share /= share.sum()
         if share[0] > 0.5:
             return None
-        share[2:] /= _SEVERAL_ODDS
-        share /= share.sum()
         fingers = 1 + int(share[1:].argmax())
         return ContactEstimate(
             *(x, y, place),

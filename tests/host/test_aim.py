@@ -15,15 +15,9 @@ FIRM_MM = 9.0
 
 
 def contact(
-    x: float,
-    y: float,
-    depth_mm: float,
-    *,
-    fingers: int = 1,
-    place_sigma: float = 0.0,
-    sure: float = 1.0,
+    x: float, y: float, depth_mm: float, *, fingers: int = 1, place_sigma: float = 0.0
 ) -> ContactState:
-    return ContactState(0, x, y, place_sigma, depth_mm, fingers=fingers, fingers_sure=sure)
+    return ContactState(0, x, y, place_sigma, depth_mm, fingers=fingers, fingers_sure=1.0)
 
 
 class Play:
@@ -46,7 +40,6 @@ class Play:
         to_x: float | None = None,
         to_mm: float | None = None,
         fingers: int = 1,
-        sure: float = 1.0,
     ) -> None:
         """Hold a finger, or move it evenly to another place and depth."""
         frames = round(seconds / FRAME_S)
@@ -54,7 +47,7 @@ class Play:
             share = number / frames
             here = x + share * ((x if to_x is None else to_x) - x)
             depth = depth_mm + share * ((depth_mm if to_mm is None else to_mm) - depth_mm)
-            self.frame(contact(here, y, depth, fingers=fingers, sure=sure))
+            self.frame(contact(here, y, depth, fingers=fingers))
 
     def frame(self, touch: ContactState) -> None:
         self.now_s += FRAME_S
@@ -229,7 +222,7 @@ def test_a_gesture_whose_fingers_were_taken_for_one_is_taken_back_too() -> None:
     play.lift(3.0)
     aimed = play.columns
     play.now_s += 1.0
-    play.hold(0.2, 2.0, sure=0.5)  # really a twist about the middle
+    play.hold(0.1, 2.0)  # really a twist about the middle
     play.command(Action.ROTATE_CW)
     assert play.done[-1] is Action.ROTATE_CW
     assert set(play.columns) <= set(aimed)
