@@ -296,7 +296,7 @@ class Hand:
         began_s = self.now_s
         self._wait(self._touch_s / 2)  # the way to the dome
         column_mm = 4 * PITCH_MM / self.game.config.columns
-        width = _width(self.game.piece)
+        width = width_of(self.game.piece)
         x = (left + width / 2) * column_mm + source.gauss(0.0, HAND_MM)
         y = 2 * PITCH_MM + source.gauss(0.0, HAND_MM)
         depth = source.uniform(*DEPTHS_MM)
@@ -308,7 +308,7 @@ class Hand:
             if not away or self.game.pieces_placed != placed:
                 break
             tally.corrections += 1
-            there = x + column_mm * _way(away) + source.gauss(0.0, HAND_MM)
+            there = x + column_mm * way(away) + source.gauss(0.0, HAND_MM)
             there = max(-BEYOND_MM, min(4 * PITCH_MM + BEYOND_MM, there))
             self._move((x, there), y, (depth, depth), SLIDE_S)
             self._move((there, there), y, (depth, depth), SEEN_S)
@@ -331,12 +331,12 @@ class Hand:
             self._frame((x, y, depth), xs[0] != xs[1])
 
 
-def _width(piece: Piece) -> int:
+def width_of(piece: Piece) -> int:
     columns = [x for x, _ in piece.cells]
     return max(columns) - min(columns) + 1
 
 
-def _way(away: int) -> float:
+def way(away: int) -> float:
     """Return how far a finger slides for a piece's way, amid the places that give it; columns."""
     (near, slow), (far, _) = FINE
     long = abs(away) + HYSTERESIS
