@@ -98,9 +98,9 @@ class Aim:
             if self._several >= SEVERAL_FRAMES and self.touching:
                 self._spend()
                 return [*lifted, *self._back(game)]
-            if _of_several(touch):
-                return lifted
-        return [*lifted, *self._move(touch, now_s, game)]
+        done = self._move(touch, now_s, game)
+        steers = touch.fingers == 1 or Action.HARD_DROP in done or Action.HOLD in done
+        return [*lifted, *done] if steers else lifted
 
     def _move(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take a contact of one finger; return what it does in the game."""
