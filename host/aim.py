@@ -94,10 +94,10 @@ class Aim:
         self._one = self._one + 1 if touch.fingers == 1 else 0
         if self._one >= ONE_FRAMES:
             self._from = (_number(game), _span(game)[0])
-        if self._steers and not self._settled:  # one that presses deeper may look like two
-            if self._several >= SEVERAL_FRAMES and self.touching:
-                self._spend()
-                return [*lifted, *self._back(game)]
+        unsettled = self._steers and not self._settled  # one that presses deeper may look like two
+        if unsettled and self._several >= SEVERAL_FRAMES and self.touching:
+            self._spend()
+            return [*lifted, *self._back(game)]
         done = self._move(touch, now_s, game)
         steers = touch.fingers == 1 or Action.HARD_DROP in done or Action.HOLD in done
         return [*lifted, *done] if steers else lifted
