@@ -157,10 +157,6 @@ class Aim:
         """Whether the depth is neither rising nor another one than just before."""
         return len(self._recent) > 1 and min(abs(rise_mm), self._change("depth_mm")) < SETTLED_MM
 
-    def _rests(self, touch: ContactState) -> bool:
-        """Whether the finger slides no more."""
-        return self._change("x") < RESTING + touch.place_sigma / 2
-
     def _beyond(self, touch: ContactState) -> bool:
         """Whether the finger is beyond the outer taxels, where the piece is at the edge."""
         return not -EDGE < touch.x < self._across + EDGE
@@ -204,7 +200,8 @@ class Aim:
                 self._past.popleft()
             if self._anchor is not None:
                 middle = goal[1] + goal[0] / 2
-                if self._anchor[1] != middle and self._rests(touch):
+                rests = self._change("x") < RESTING + touch.place_sigma / 2
+                if self._anchor[1] != middle and rests:
                     self._anchor = _mean(self._recent, "x"), middle
         return self._go(game)
 

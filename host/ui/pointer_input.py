@@ -32,6 +32,7 @@ RIM_LEAST_S: Final = 0.12  # a shorter click there is as long
 RIM_SHARES: Final = (0.53, 0.79)  # of the dome's radius, between which a press gets firmer
 DEEPER_MM, DEEPER_S = 7.0, 0.25  # a deeper press: by how much, and how long with the way back
 DEEPEN_S: Final = 0.08  # and the way there
+ALONE_S: Final = 0.2  # so much later a second finger belongs to no gesture of two
 FINGER_RADIUS_MM: Final = 7.0  # half an index finger's width
 PINCH_DEPTH_MM: Final = 7.0  # gripping fingers sink in less than a pressing one
 PINCH_OPEN_MM: Final = 17.0  # half the distance of the fingers when they come down
@@ -129,7 +130,7 @@ class PointerInput:
     Positions are in grid units, times in seconds of any clock that never turns back.
     `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.
     `phone` holds the fingers on a phone's page. `light`: a single finger leaves room to be pressed
-    deeper.
+    deeper, by a second one, too.
     """
 
     pad: DomeArea = field(default_factory=DomeArea)
@@ -144,6 +145,8 @@ class PointerInput:
     _down_s: float = 0.0  # when the fingers came down; infinite: they wait
     _until_s: float = math.inf  # when they are lifted
     _deeper_s: float = -math.inf  # since when the finger is pressed deeper
+    _alone: tuple[int, float] = (-1, 0.0)  # a single finger, and since when
+    _second_s: float = math.inf  # since when a second one is beside it
     _rim: bool = False  # the pointer has not left the rim since the press
     _angle: float = 0.0
     _round: float = 0.0  # how far the pointer has gone round, radians
@@ -159,6 +162,7 @@ class PointerInput:
             return False
         self.mode = Mode.PINCH if pinch or self.two_fingers else Mode.PRESS
         self._key_used, self._up, self._deeper_s = True, False, -math.inf
+        self._alone = (-1, 0.0)
         self._began = self._pointer = x, y
         self._angle, self._round = self._angle_of(x, y), 0.0
         self._rim = self.mode is Mode.PRESS and self.pad.on_rim(x, y)
@@ -228,9 +232,7 @@ class PointerInput:
         elif self.mode is Mode.TWIST:
             mouse = self._twist()
         found = (*mouse, *self._screen.values(), *self.phone)[:MAX_CONTACTS]
-        if self.light and len(found) == 1:
-            return (replace(found[0], depth_mm=found[0].depth_mm - LIGHTER_MM),)
-        return found
+        return self._lighter(found, now_s) if self.light else found
 
     def update(self, now_s: float) -> Contacts | None:
         """Return what is to be sent now, if anything: changes at 60 Hz, repeats at 10 Hz."""
@@ -243,6 +245,20 @@ class PointerInput:
             return None
         self._sent, self._sent_s = contacts, now_s
         return Contacts(contacts)
+
+    def _lighter(self, found: tuple[Contact, ...], now_s: float) -> tuple[Contact, ...]:
+        """Return a single finger less deep, and deeper again while a second one is beside it."""
+        one = next((contact for contact in found if contact.id == self._alone[0]), None)
+        if len(found) == 1:
+            self._alone = self._alone if one else (found[0].id, now_s)
+            self._second_s, one = math.inf, found[0]
+        elif one and len(found) == 2:
+            self._second_s = min(self._second_s, now_s)
+        if one is None or len(found) > 2 or self._second_s < self._alone[1] + ALONE_S:
+            self._alone = (-1, 0.0)
+            return found
+        deeper_mm = DEEPER_MM * _eased(max(0.0, now_s - self._second_s) / DEEPEN_S)
+        return (replace(one, depth_mm=one.depth_mm - LIGHTER_MM + deeper_mm),)
 
     def _follow_button(self, now_s: float) -> None:
         """Put the finger of a press on the rim down once it is one, and lift what is over."""

@@ -57,6 +57,28 @@ def test_a_light_finger_leaves_room_to_be_pressed_deeper_and_two_are_as_firm_as_
     assert {finger.depth_mm for finger in touch.contacts(2.0)} == {pointer_input.PINCH_DEPTH_MM}
 
 
+def test_a_second_finger_presses_the_one_that_aims_deeper_wherever_it_lands() -> None:
+    touch = PointerInput(light=True)
+    light = pointer_input.PRESS_DEPTH_MM - pointer_input.LIGHTER_MM
+    touch.finger("first", 1.0, 2.0, down=True)
+    assert [finger.depth_mm for finger in touch.contacts(1.0)] == [light]
+    touch.finger("second", 3.0, 3.0, down=True)
+    for at_s, deeper_mm in ((1.3, 0.0), (1.4, pointer_input.DEEPER_MM)):
+        (finger,) = touch.contacts(at_s)
+        assert (finger.x, finger.depth_mm) == (1.0, light + deeper_mm)
+    touch.finger_up("second")
+    assert [finger.depth_mm for finger in touch.contacts(1.5)] == [light]
+
+
+def test_two_fingers_that_land_together_are_two_though_one_is_seen_first() -> None:
+    touch = PointerInput(light=True)
+    touch.finger("first", 1.0, 2.0, down=True)
+    touch.contacts(1.0)
+    touch.finger("second", 3.0, 2.0, down=True)
+    for at_s in (1.1, 1.5):
+        assert {finger.x for finger in touch.contacts(at_s)} == {1.0, 3.0}
+
+
 def test_what_comes_down_beside_the_dome_touches_nothing() -> None:
     touch = PointerInput()
     assert not touch.press(2.0, 6.0, now_s=0.0)
