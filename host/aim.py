@@ -1,9 +1,9 @@
 """Aim: a finger's place on the dome is the column of the piece, pressing deeper drops it.
 
-Contacts and the game come in, actions of the game go out; there is no clock. A touch steers from
-its first frame. Once it has settled, the column under it is kept, and slides from there are fine:
-two columns for five of the dome, as the skin goes along with a finger that slides. Depth that rises
-quickly by `DROP_MM` drops the piece; the column is then the one from before the rise.
+Contacts and the game come in, actions of the game go out; there is no clock. A touch steers in each
+frame that shows one finger. Once it has settled, slides are fine: two columns for five of the dome,
+as the skin goes along with a finger; but beyond the taxels is the edge. Depth that rises quickly by
+`DROP_MM` drops the piece; the column is then the one from before the rise.
 """
 
 import math
@@ -30,8 +30,8 @@ HYSTERESIS: Final = 0.15  # of a column, beyond its edge
 UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's deviation
 FINE: Final = ((5.0, 2.0), (7.5, 7.5))  # finger's way, piece's way, in columns; equal beyond
 RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
-SLIDING: Final = 0.2  # and from its first half: a rise is no press, as the rim feels less
-EDGE: Final = 0.2  # grid units beyond the outer taxels: the piece is at the edge
+SLIDE_DISTANCE: Final = 0.2  # and from its first half: a rise is no press, as the rim feels less
+EDGE_DISTANCE: Final = 0.2  # grid units beyond the outer taxels: the piece is at the edge
 EDGE_FRAMES: Final = 4  # that a rise lasts there: a slide from the rim is seen late
 LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
 GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows
@@ -137,8 +137,8 @@ class Aim:
     def command(self, action: Action, located: bool, now_s: float, game: Game) -> list[Action]:
         """Take a recognised gesture; return what it does, () of one that the place decides.
 
-        A gesture of several fingers may have steered as one finger: that is taken back. What surely
-        is one finger makes none: it slides.
+        A gesture of several fingers may have steered as one finger: that is taken back. What has
+        been one finger for `ONE_FRAMES` makes none: it slides.
         """
         one = self._landed and self._one >= ONE_FRAMES
         if located or one or (action is Action.HARD_DROP and now_s < self._dropped_s + LATE_S):
@@ -159,13 +159,13 @@ class Aim:
 
     def _beyond(self, touch: ContactState) -> bool:
         """Whether the finger is beyond the outer taxels, where the piece is at the edge."""
-        return not -EDGE < touch.x < self._across + EDGE
+        return not -EDGE_DISTANCE < touch.x < self._across + EDGE_DISTANCE
 
     def _slides(self, touch: ContactState) -> bool:
         """Whether the finger is elsewhere than just before."""
         before = list(self._recent)[: len(self._recent) // 2]
         away = touch.x - _mean(before, "x"), touch.y - _mean(before, "y")
-        return math.hypot(*away) > SLIDING + touch.place_sigma / 2
+        return math.hypot(*away) > SLIDE_DISTANCE + touch.place_sigma / 2
 
     def _change(self, name: str) -> float:
         """Return by how much an attribute's mean differs between the halves of `SETTLE_S`."""
@@ -229,7 +229,7 @@ class Aim:
         return steps(game, self._goal[1]) if self._goal else []
 
     def _back(self, game: Game) -> list[Action]:
-        """Return the steps to where the piece was when the touch landed."""
+        """Return the steps to where the piece was when the touch landed, or last was one finger."""
         number, left = self._from
         return steps(game, left) if number == _number(game) else []
 

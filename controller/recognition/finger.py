@@ -18,7 +18,7 @@ SUM_SHARE: Final = 0.5
 QUIET_SHARE: Final = 0.8  # of a noiseless sensor's weight (`DebounceSettings.weight`): trusted
 _FELT_MM: Final = 2.0  # depth less two deviations, above which a finger is felt for sure
 _LEFT_SHARE: Final = 0.6  # of the greatest depth, below which it has left
-_SEVERAL_SHARE: Final = 2.0  # several for so many times as long are no single finger
+_SEVERAL_FACTOR: Final = 2.0  # several for so many times as long are no single finger
 
 
 class FingerTracker:
@@ -42,7 +42,7 @@ class FingerTracker:
     def left(self) -> bool:
         """Whether a single finger, felt for sure, has left."""
         one, several, depth_mm, deepest_mm = self._felt.tolist()
-        return bool(_SEVERAL_SHARE * one > several and depth_mm <= _LEFT_SHARE * deepest_mm)
+        return bool(_SEVERAL_FACTOR * one > several and depth_mm <= _LEFT_SHARE * deepest_mm)
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""

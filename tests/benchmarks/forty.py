@@ -34,19 +34,19 @@ TICK_HZ: Final = 120
 FRAME_TICKS: Final = 3  # of the sensor
 REST_S: Final = 3.0  # before the first touch
 LOOK_S: Final = 0.05
-SEEN_S: Final = 0.25  # from a landing until its ghost is known, .3 s after a slide
-SLID_S: Final = 0.3
+SEEN_S: Final = 0.25  # from a landing until its ghost is known
+SLID_S: Final = 0.3  # and from a slide
 SLIDE_S: Final = 0.12
 TWIST_S: Final = 0.3
 ANSWER_S: Final = 0.7  # in which a twist turns the piece
 DROP_S: Final = 0.3  # in which a deeper press drops it
 AFTER_S: Final = 0.1  # from one touch to the next
-TURNS: Final = 3  # tries of a twist, and of a drop
-SLIDES: Final = 4
-HAND: Final = (0.1, 0.2)  # grid units: where a touch lands and a slide ends, across and up
-COST: Final = 0.05  # of a command, in the choice of the place
-OUT: Final = 0.8  # grid units beyond the outer taxels, to which a finger slides
-LAND: Final = 0.4  # and beyond which none lands
+TRIES: Final = 3  # of a twist, and of a drop
+MOST_SLIDES: Final = 4
+HAND_SIGMAS: Final = (0.1, 0.2)  # grid units: where a touch lands and a slide ends, across and up
+COMMAND_COST: Final = 0.05  # of a command, in the choice of the place
+SLIDE_BEYOND: Final = 0.8  # grid units beyond the outer taxels, to which a finger slides
+LAND_BEYOND: Final = 0.4  # and beyond which none lands
 PATIENCE_S: Final = 200.0
 SHIPPED: Final = bundles.read(bundles.default_path())
 
@@ -93,7 +93,7 @@ class Player:
 
     def _piece(self) -> None:
         game, lines = self.game, self.game.lines
-        wanted = choose(game, COST)
+        wanted = choose(game, COMMAND_COST)
         self._wait(LOOK_S)
         for action in wanted.turns:
             self._turn(action)
@@ -107,7 +107,7 @@ class Player:
     def _turn(self, action: Action) -> None:
         """Twist on the rim, again if it is not understood."""
         before = self.game.piece.turn
-        for _ in range(TURNS):
+        for _ in range(TRIES):
             self.turns += 1
             self._twist(1 if action is Action.ROTATE_CCW else -1)
             if self._until(ANSWER_S, lambda: self.game.piece.turn != before):
@@ -128,18 +128,18 @@ class Player:
     def _place(self, wanted: Placement) -> None:
         """Press a column, slide to what the ghost lacks, press deeper and lift."""
         game, placed = self.game, self.game.pieces_placed
-        column, (across, up) = 4.0 / game.config.columns, self._random.normal(0.0, HAND)
+        column, (across, up) = 4.0 / game.config.columns, self._random.normal(0.0, HAND_SIGMAS)
         x = (wanted.left + width_of(game.piece) / 2) * column + across
-        x, y = min(4.0 + LAND, max(-LAND, x)), 2.0 + up
+        x, y = min(4.0 + LAND_BEYOND, max(-LAND_BEYOND, x)), 2.0 + up
         self._touch.press(x, y, self.now_s)
         self._wait(SEEN_S)
-        for _ in range(SLIDES):
-            away = wanted.left - min(column for column, _ in game.piece.cells)
+        for _ in range(MOST_SLIDES):
+            away = wanted.left - min(at for at, _ in game.piece.cells)
             if not away or game.pieces_placed != placed:
                 break
             self.slides += 1
-            there = x + column * way(away) + self._random.normal(0.0, HAND[0])
-            there = min(4.0 + OUT, max(-OUT, there))
+            there = x + column * way(away) + self._random.normal(0.0, HAND_SIGMAS[0])
+            there = min(4.0 + SLIDE_BEYOND, max(-SLIDE_BEYOND, there))
             for share in np.linspace(0.0, 1.0, round(SLIDE_S * TICK_HZ)):
                 self._touch.move(x + (there - x) * share, y)
                 self._wait(1 / TICK_HZ)
@@ -151,7 +151,7 @@ class Player:
         self._touch.release()
 
     def _tries(self, placed: int) -> Iterator[int]:
-        for number in range(TURNS):
+        for number in range(TRIES):
             if self.game.pieces_placed == placed and self.game.phase is not Phase.OVER:
                 yield number
 

@@ -157,6 +157,23 @@ def test_two_fingers_take_back_where_the_first_one_steered() -> None:
     assert play.game.pieces_placed == 1
 
 
+def test_what_may_be_several_fingers_steers_nothing() -> None:
+    play = Play()
+    entered = play.columns
+    for _ in range(12):
+        play.frame(replace(contact(0.5, 2.0, FIRM_MM, fingers=2), fingers_sure=0.5))
+    assert play.columns == entered
+
+
+def test_two_fingers_that_drop_beside_the_one_that_aimed_leave_its_column() -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    wanted = play.columns
+    play.hold(0.1, 0.5, fingers=2)
+    play.command(Action.HARD_DROP)
+    assert [x for x, mark in enumerate(play.game.board.rows[0]) if mark != "."] == wanted
+
+
 def test_one_frame_that_shows_two_fingers_ends_no_touch() -> None:
     play = Play()
     play.hold(FRAME_S, 0.5, fingers=2)
@@ -200,10 +217,14 @@ def test_a_press_on_the_rim_drops() -> None:
 
 
 def test_the_rim_is_the_edge_wherever_the_finger_has_settled() -> None:
-    play = Play()
-    play.hold(0.4, 2.8)
-    assert 9 not in play.columns
-    play.hold(0.1, 2.8, to_x=4.3)  # from elsewhere that would move the piece by one column
+    play, x = Play(), 0.6
+    play.hold(0.4, x)
+    for there in (1.4, 2.2, 3.0, 3.8):  # fine slides: the piece is left behind
+        play.hold(0.15, x, to_x=there)
+        play.hold(0.3, there)
+        x = there
+    assert max(play.columns) < 8
+    play.hold(0.1, x, to_x=4.3)
     assert 9 in play.columns
 
 

@@ -16,7 +16,7 @@ _RETURNS: Final = 3
 _PEAK: Final = 2.0  # times the deviation there: least peak of a touch between two returns
 # Hysteresis lowers the whole dome: its unevenness is 0.23 at most in simulated play. A finger's is
 # 0.32 and more, even on a lowered dome, on which fast play presses before it has recovered.
-_LOCAL: Final = 0.28
+_MOST_UNEVENNESS: Final = 0.28
 
 
 class Rebaseline:
@@ -96,7 +96,7 @@ class Rebaseline:
         """Return whether a level, (rows, columns), differs from rest in all taxels alike."""
         change = z_image(here, rest, self.settings) - 1.0
         uneven = drift.unevenness(change)
-        return uneven < _LOCAL and uneven * drift.mean_of(np.abs(change)) < gate
+        return uneven < _MOST_UNEVENNESS and uneven * drift.mean_of(np.abs(change)) < gate
 
     def _common(self, here: Reading, rest: Reading) -> bool:
         """Return whether a level differs from rest, (rows, columns), by pressure or temperature."""
