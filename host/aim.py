@@ -1,9 +1,10 @@
 """Aim: a finger's place on the dome is the column of the piece, pressing deeper drops it.
 
 Contacts and the game come in, actions of the game go out; there is no clock. A touch steers in each
-frame that shows one finger. Once it has settled, slides are fine: two columns for five of the dome,
-as the skin goes along with a finger; but beyond the taxels is the edge. Depth that rises quickly by
-`DROP_MM` drops the piece; the column is then the one from before the rise.
+frame that shows one finger; if most showed several, that is taken back when it lifts. Once it has
+settled, slides are fine: two columns for five of the dome, as the skin goes along with a finger;
+but beyond the taxels is the edge. Depth that rises quickly by `DROP_MM` drops the piece; the column
+is then the one from before the rise.
 """
 
 import math
@@ -22,8 +23,7 @@ SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
-SEVERAL_PROBABILITY: Final = 0.75  # probability from which several fingers are no single one
-SEVERAL_FRAMES: Final = 3  # that show several fingers, until a touch is of several
+SEVERAL_PROBABILITY: Final = 0.75  # of several fingers, from which they drop nothing by depth
 ONE_FRAMES: Final = 6  # that show one, until it makes no gesture of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
@@ -31,12 +31,13 @@ UNSURE: Final = 0.6  # and more: columns for each grid unit of the place's devia
 FINE: Final = ((5.0, 2.0), (7.5, 7.5))  # finger's way, piece's way, in columns; equal beyond
 RESTING: Final = 0.05  # grid units in half of `SETTLE_S`: a slide is over
 SLIDE_DISTANCE: Final = 0.2  # and from its first half: a rise is no press, as the rim feels less
-EDGE_DISTANCE: Final = 0.2  # grid units beyond the outer taxels: the piece is at the edge
-EDGE_FRAMES: Final = 4  # that a rise lasts there: a slide from the rim is seen late
+EDGE_DISTANCE: Final = 0.3  # grid units beyond the outer taxels: the piece is at the edge
+BEYOND_FRAMES: Final = 3  # in a row that show it there: the end of a slide may look farther out
+EDGE_FRAMES: Final = 4  # that a rise lasts soon after: a slide from the rim is seen late
+RIM_DISTANCE: Final = 0.5  # from the outer taxels: slides are no longer than to here
 LIGHTEST_MM: Final = 1.5  # of a touch; a single frame at rest may show less
 GAP_S, ECHO_MM = 0.1, 4.0  # after a touch, and depth, of what a recovering sensor still shows
 LATE_S: Final = 0.5  # a gesture is recognised so late after its touch; it repeats no drop
-_HALF: Final = 0.5
 _TINY_S: Final = 1e-6
 
 
@@ -57,7 +58,7 @@ class Aim:
     def _end(self) -> None:
         self._landed = self.touching = self._upper = False
         self._steers = True  # before its depth has settled, too
-        self._several = 0  # frames with several fingers, less those with one
+        self._several = 0  # frames that show several fingers, less those with one
         self._one = 0  # frames in a row with one finger
         self._rest(-math.inf)
 
@@ -81,8 +82,8 @@ class Aim:
     def touch(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take the contact of a frame, or that it has ended; return what it does in the game."""
         if not touch.fingers:
-            return self._lift(now_s)
-        lifted = self._lift(now_s) if self._back_again(touch) else []
+            return self._lift(now_s, game)
+        lifted = self._lift(now_s, game) if self._back_again(touch) else []
         lightest_mm = ECHO_MM if now_s < self._lifted_s + GAP_S else LIGHTEST_MM
         if not self._landed and touch.depth_mm < lightest_mm:
             return lifted
@@ -90,14 +91,10 @@ class Aim:
             self._end()
             self._landed = self.touching = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
-        self._several = max(0, self._several + (1 if _of_several(touch) else -1))
+        self._several += -1 if touch.fingers == 1 else 1
         self._one = self._one + 1 if touch.fingers == 1 else 0
         if self._one >= ONE_FRAMES:
             self._from = (_number(game), _span(game)[0])
-        unsettled = self._steers and not self._settled  # one that presses deeper may look like two
-        if unsettled and self._several >= SEVERAL_FRAMES and self.touching:
-            self._spend()
-            return [*lifted, *self._back(game)]
         done = self._move(touch, now_s, game)
         steers = touch.fingers == 1 or Action.HARD_DROP in done or Action.HOLD in done
         return [*lifted, *done] if steers else lifted
@@ -120,11 +117,14 @@ class Aim:
         rise_mm -= self._landing_mm
         return self._steer(touch, rise_mm, now_s, game) if self.touching and not self._upper else []
 
-    def _lift(self, now_s: float) -> list[Action]:
-        holds = self._upper and self._landed
-        if self._landed:
-            self._lifted_s, self._landed, self.touching = now_s, False, False
-        return [Action.HOLD] if holds else []
+    def _lift(self, now_s: float, game: Game) -> list[Action]:
+        if not self._landed:
+            return []
+        several = self.touching and self._several > 0
+        self._lifted_s, self._landed, self.touching = now_s, False, False
+        if several:
+            return self._back(game)
+        return [Action.HOLD] if self._upper else []
 
     def _back_again(self, touch: ContactState) -> bool:
         """Whether the finger has left and come back, too soon for the sensor to be at rest."""
@@ -154,12 +154,15 @@ class Aim:
         self.touching = self._upper = False
 
     def _still(self, rise_mm: float) -> bool:
-        """Whether the depth is neither rising nor another one than just before."""
-        return len(self._recent) > 1 and min(abs(rise_mm), self._change("depth_mm")) < SETTLED_MM
+        """Whether the depth does not rise or is as just before; both, once the touch dropped."""
+        either = min if self._steers else max
+        still_mm = either(abs(rise_mm), self._change("depth_mm"))
+        return len(self._recent) > 1 and still_mm < SETTLED_MM
 
-    def _beyond(self, touch: ContactState) -> bool:
-        """Whether the finger is beyond the outer taxels, where the piece is at the edge."""
-        return not -EDGE_DISTANCE < touch.x < self._across + EDGE_DISTANCE
+    def _beyond(self) -> list[bool]:
+        """Return of each recent frame whether the finger is beyond the outer taxels."""
+        far = self._across + EDGE_DISTANCE
+        return [not -EDGE_DISTANCE < touch.x < far for _, touch in self._recent]
 
     def _slides(self, touch: ContactState) -> bool:
         """Whether the finger is elsewhere than just before."""
@@ -180,9 +183,10 @@ class Aim:
 
     def _steer(self, touch: ContactState, rise_mm: float, now_s: float, game: Game) -> list[Action]:
         noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
-        deeper = self._settled and rise_mm >= max(DROP_MM, noise_mm)
+        one = touch.fingers == 1 or touch.fingers_sure < SEVERAL_PROBABILITY
+        deeper = self._settled and one and rise_mm >= max(DROP_MM, noise_mm)
         self._rising = self._rising + 1 if deeper and not self._slides(touch) else 0
-        if self._rising >= (EDGE_FRAMES if self._beyond(touch) else 1):
+        if self._rising >= (EDGE_FRAMES if any(self._beyond()) else 1):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
             self._rest(now_s)
@@ -208,10 +212,14 @@ class Aim:
     def _middle(self, touch: ContactState, game: Game) -> float:
         """Return where the piece's middle is to be, in columns."""
         scale = game.config.columns / self._across
-        if self._anchor is None or self._beyond(touch):
+        if self._anchor is None or all(self._beyond()[-BEYOND_FRAMES:]):
             return touch.x * scale
         x, middle = self._anchor
-        return middle + _fine((touch.x - x) * scale)
+        return middle + _fine((self._on_dome(touch.x) - self._on_dome(x)) * scale)
+
+    def _on_dome(self, x: float) -> float:
+        """Return a place, or the nearest one within the rim."""
+        return max(-RIM_DISTANCE, min(self._across + RIM_DISTANCE, x))
 
     def _aim(self, middle: float, touch: ContactState, game: Game) -> tuple[int, int]:
         """Choose the piece's width and left column for its middle, in columns."""
@@ -219,9 +227,9 @@ class Aim:
         if (
             self._goal is None
             or self._goal[0] != width
-            or abs(middle - self._goal[1] - width / 2) > _HALF + hysteresis
+            or abs(middle - self._goal[1] - width / 2) > 0.5 + hysteresis
         ):
-            left = math.floor(middle - width / 2 + _HALF)
+            left = math.floor(middle - width / 2 + 0.5)
             self._goal = width, max(0, min(game.config.columns - width, left))
         return self._goal
 
@@ -257,10 +265,6 @@ def _span(game: Game) -> tuple[int, int]:
 def _number(game: Game) -> object:
     """Return what tells the piece in play from others of the game."""
     return game.pieces_placed, game.piece.kind
-
-
-def _of_several(touch: ContactState) -> bool:
-    return touch.fingers > 1 and touch.fingers_sure >= SEVERAL_PROBABILITY
 
 
 def _mean(seen: Collection[tuple[float, ContactState]], name: str) -> float:

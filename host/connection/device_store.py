@@ -95,12 +95,8 @@ class DeviceStore:
 
 
 def _load(path: Path) -> dict[str, KnownDevice]:
-    return _parse(parse_toml(read_text(path, _MAX_BYTES), _MAX_BYTES))
-
-
-def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
-    """Return the devices of a table; ValueError if a value cannot be used."""
-    devices = table.get("device", {})
+    """Return the devices of a file; ValueError if a value cannot be used."""
+    devices: Any = parse_toml(read_text(path, _MAX_BYTES), _MAX_BYTES).get("device", {})
     if not isinstance(devices, dict) or not all(isinstance(one, dict) for one in devices.values()):
         raise ValueError("device is no table of tables")
     return {

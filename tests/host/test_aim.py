@@ -124,6 +124,16 @@ def test_a_touch_that_dropped_leaves_the_next_piece_alone() -> None:
     assert play.columns != entered
 
 
+def test_a_finger_that_leaves_after_its_drop_does_not_steer_the_next_piece() -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    play.hold(0.1, 0.5, to_mm=FIRM_MM + 5.0)
+    entered = play.columns
+    play.hold(0.125, 0.5, FIRM_MM + 5.0)
+    play.hold(0.05, 0.5, FIRM_MM + 5.0, to_mm=FIRM_MM)
+    assert play.columns == entered
+
+
 def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
     play, source = Play(), random.Random(1)
     play.hold(0.3, 2.3)  # near the edge between two columns
@@ -151,10 +161,26 @@ def test_two_fingers_take_back_where_the_first_one_steered() -> None:
     play.hold(0.05, 0.5)
     assert play.columns != entered
     play.hold(0.2, 1.5, fingers=2)
-    assert play.columns == entered
     play.frame(ContactState(0))
+    assert play.columns == entered
     play.command(Action.HARD_DROP)
     assert play.game.pieces_placed == 1
+
+
+def test_a_turn_by_two_fingers_is_not_taken_back_when_they_lift() -> None:
+    play = Play()
+    play.hold(0.2, 1.5, fingers=2)
+    play.command(Action.ROTATE_CW)
+    turned = play.columns
+    play.frame(ContactState(0))
+    assert play.columns == turned
+
+
+def test_several_fingers_that_press_deeper_drop_nothing() -> None:
+    play = Play()
+    play.hold(0.4, 1.5, fingers=2)
+    play.hold(0.2, 1.5, to_mm=FIRM_MM + 5.0, fingers=2)
+    assert play.done == []
 
 
 def test_what_may_be_several_fingers_steers_nothing() -> None:
@@ -208,6 +234,15 @@ def test_a_slide_from_the_rim_drops_nothing_though_it_is_felt_deeper_there(
     assert play.game.pieces_placed == 1
 
 
+def test_a_slide_that_has_just_left_the_rim_drops_nothing_either() -> None:
+    play = Play()
+    play.hold(0.4, -0.35, 5.0)
+    play.hold(0.075, -0.35, 5.0, to_x=-0.25, to_mm=9.0)
+    play.hold(0.1, -0.25, 9.0, to_x=1.0, to_mm=6.0)
+    play.hold(0.3, 1.0, 6.0)
+    assert play.game.pieces_placed == 0
+
+
 def test_a_press_on_the_rim_drops() -> None:
     play = Play()
     play.hold(0.4, 4.6, 5.0)
@@ -224,8 +259,19 @@ def test_the_rim_is_the_edge_wherever_the_finger_has_settled() -> None:
         play.hold(0.3, there)
         x = there
     assert max(play.columns) < 8
-    play.hold(0.1, x, to_x=4.3)
+    play.hold(2 * FRAME_S, 4.4)  # so far out the end of a slide may look for a moment
+    assert max(play.columns) < 8
+    play.hold(2 * FRAME_S, 4.4)
     assert 9 in play.columns
+
+
+def test_a_slide_from_outside_the_dome_counts_from_its_rim() -> None:
+    farther, rim = Play(), Play()
+    for play, x in ((farther, -1.0), (rim, -0.5)):
+        play.hold(0.4, x)
+        play.hold(0.15, x, to_x=0.7)
+        play.hold(0.2, 0.7)
+    assert farther.columns == rim.columns
 
 
 def test_a_slide_and_a_lift_drop_nothing() -> None:
