@@ -1,10 +1,10 @@
 """Aim: a finger's place on the dome is the column of the piece, pressing deeper drops it.
 
 Contacts and the game come in, actions of the game go out; there is no clock. A touch steers in each
-frame that shows one finger; if most showed several, that is taken back when it lifts. Once it has
-settled, slides are fine: two columns for five of the dome, as the skin goes along with a finger;
-but beyond the taxels is the edge. Depth that rises quickly by `DROP_MM` drops the piece; the column
-is then the one from before the rise.
+frame that may show one finger; if most showed several rather, that is taken back when it lifts.
+Once it has settled, slides are fine: two columns for five of the dome, as the skin goes along with
+a finger; but beyond the taxels is the edge. Depth that rises quickly by `DROP_MM` drops the piece;
+the column is then the one from before the rise.
 """
 
 import math
@@ -23,7 +23,7 @@ SIGMAS: Final = 1.2  # a rise of so many of its deviations is no noise
 BEFORE_S: Final = 0.1  # the frozen column is so much older: a finger shifts as it presses
 LEAVING: Final = 0.7  # of its depth, below which a touch steers no more
 FALLEN, AGAIN = 0.3, 1.3  # shares of its depth, and of the least since: the finger came back
-SEVERAL_PROBABILITY: Final = 0.75  # of several fingers, from which they drop nothing by depth
+SEVERAL_PROBABILITY: Final = 0.75  # of several fingers, from which they neither steer nor drop
 ONE_FRAMES: Final = 6  # that show one, until it makes no gesture of several
 MEAN_FRAMES: Final = 4  # that a rise is averaged over
 HYSTERESIS: Final = 0.15  # of a column, beyond its edge
@@ -96,8 +96,7 @@ class Aim:
         if self._one >= ONE_FRAMES:
             self._from = (_number(game), _span(game)[0])
         done = self._move(touch, now_s, game)
-        steers = touch.fingers == 1 or Action.HARD_DROP in done or Action.HOLD in done
-        return [*lifted, *done] if steers else lifted
+        return [*lifted, *done] if _may_be_one(touch) else lifted
 
     def _move(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take a contact of one finger; return what it does in the game."""
@@ -120,11 +119,11 @@ class Aim:
     def _lift(self, now_s: float, game: Game) -> list[Action]:
         if not self._landed:
             return []
-        several = self.touching and self._several > 0
+        done = [Action.HOLD] if self._upper else []
+        if self.touching and self._several > 0:
+            done = self._back(game)
         self._lifted_s, self._landed, self.touching = now_s, False, False
-        if several:
-            return self._back(game)
-        return [Action.HOLD] if self._upper else []
+        return done
 
     def _back_again(self, touch: ContactState) -> bool:
         """Whether the finger has left and come back, too soon for the sensor to be at rest."""
@@ -183,8 +182,7 @@ class Aim:
 
     def _steer(self, touch: ContactState, rise_mm: float, now_s: float, game: Game) -> list[Action]:
         noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
-        one = touch.fingers == 1 or touch.fingers_sure < SEVERAL_PROBABILITY
-        deeper = self._settled and one and rise_mm >= max(DROP_MM, noise_mm)
+        deeper = self._settled and _may_be_one(touch) and rise_mm >= max(DROP_MM, noise_mm)
         self._rising = self._rising + 1 if deeper and not self._slides(touch) else 0
         if self._rising >= (EDGE_FRAMES if any(self._beyond()) else 1):
             steps = self._go(game)
@@ -265,6 +263,10 @@ def _span(game: Game) -> tuple[int, int]:
 def _number(game: Game) -> object:
     """Return what tells the piece in play from others of the game."""
     return game.pieces_placed, game.piece.kind
+
+
+def _may_be_one(touch: ContactState) -> bool:
+    return touch.fingers == 1 or touch.fingers_sure < SEVERAL_PROBABILITY
 
 
 def _mean(seen: Collection[tuple[float, ContactState]], name: str) -> float:

@@ -23,10 +23,6 @@ def _option(default: Any, words: str, metavar: str = "", **how: Any) -> Any:
     return field(default=default, metadata={"help": words, **how})
 
 
-def _labels(text: str) -> tuple[str, ...]:
-    return tuple(word for word in text.split(",") if word)
-
-
 @dataclass(frozen=True, slots=True)
 class Request:
     """Options of `models train`; what each means is the help beside it."""
@@ -85,7 +81,7 @@ class Request:
         (),
         "with --task user: gestures that identify users, such as twist_cw,twist_ccw (default: all)",
         "LABELS",
-        type=_labels,
+        type=lambda text: tuple(filter(None, text.split(","))),
     )
     auxiliary: tuple[Path, ...] = _option(
         (),

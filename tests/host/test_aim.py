@@ -183,12 +183,18 @@ def test_several_fingers_that_press_deeper_drop_nothing() -> None:
     assert play.done == []
 
 
-def test_what_may_be_several_fingers_steers_nothing() -> None:
+def test_what_may_be_one_finger_steers_and_drops_though_two_are_likelier() -> None:
+    """After a twist, the network may believe in two fingers through the next touch."""
     play = Play()
-    entered = play.columns
-    for _ in range(12):
-        play.frame(replace(contact(0.5, 2.0, FIRM_MM, fingers=2), fingers_sure=0.5))
-    assert play.columns == entered
+    for depth_mm in [*[FIRM_MM] * 16, *[FIRM_MM + 5.0] * 4]:
+        play.frame(replace(contact(0.5, 2.0, depth_mm, fingers=2), fingers_sure=0.7))
+    assert [x for x, mark in enumerate(play.game.board.rows[0]) if mark != "."] == [0, 1, 2]
+
+
+def test_what_are_surely_two_fingers_steers_nothing() -> None:
+    play = Play()
+    play.hold(0.3, 0.5, fingers=2)
+    assert play.done == []
 
 
 def test_two_fingers_that_drop_beside_the_one_that_aimed_leave_its_column() -> None:
