@@ -42,11 +42,7 @@ _TINY_S: Final = 1e-6
 
 
 class Aim:
-    """Steers pieces by touches; the same for the same touches and game.
-
-    Attributes:
-        touching: Whether a touch steers now, or is frozen to drop.
-    """
+    """Steers pieces by touches; the same for the same touches and game."""
 
     def __init__(self, rows: int = 5, columns: int = 5) -> None:
         """Aim on a dome of so many taxels."""
@@ -56,7 +52,7 @@ class Aim:
         self._end()
 
     def _end(self) -> None:
-        self._landed = self.touching = self._upper = False
+        self._landed = self._active = self._upper = False
         self._steers = True  # before its depth has settled, too
         self._several = 0  # frames that show several fingers, less those with one
         self._one = 0  # frames in a row with one finger
@@ -77,6 +73,11 @@ class Aim:
         """Return one that nothing has touched yet, on the same dome."""
         return Aim(self._rows, self._across + 1)
 
+    @property
+    def touching(self) -> bool:
+        """Whether a touch, mostly of one finger, steers now or is frozen to drop."""
+        return self._active and self._several <= 0
+
     # -- what comes in -----------------------------------------------------------------
 
     def touch(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
@@ -89,7 +90,7 @@ class Aim:
             return lifted
         if not self._landed:
             self._end()
-            self._landed = self.touching = True
+            self._landed = self._active = True
             self._since_s, self._from = now_s, (_number(game), _span(game)[0])
         self._several += -1 if touch.fingers == 1 else 1
         self._one = self._one + 1 if touch.fingers == 1 else 0
@@ -104,7 +105,7 @@ class Aim:
         while self._recent[0][0] < now_s - SETTLE_S:
             self._recent.popleft()
         rise_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "rise_mm")
-        if not self._settled and self.touching:
+        if not self._settled and self._active:
             self._upper = self._steers and _mean(self._recent, "y") > self._rows - 1
             if now_s >= self._since_s + SETTLE_S - _TINY_S and self._still(rise_mm):
                 if self._upper:
@@ -114,15 +115,15 @@ class Aim:
                 self._landing_mm = rise_mm
         self._landing_mm = max(0.0, min(self._landing_mm, rise_mm))
         rise_mm -= self._landing_mm
-        return self._steer(touch, rise_mm, now_s, game) if self.touching and not self._upper else []
+        return self._steer(touch, rise_mm, now_s, game) if self._active and not self._upper else []
 
     def _lift(self, now_s: float, game: Game) -> list[Action]:
         if not self._landed:
             return []
         done = [Action.HOLD] if self._upper else []
-        if self.touching and self._several > 0:
+        if self._active and self._several > 0:
             done = self._back(game)
-        self._lifted_s, self._landed, self.touching = now_s, False, False
+        self._lifted_s, self._landed, self._active = now_s, False, False
         return done
 
     def _back_again(self, touch: ContactState) -> bool:
@@ -150,7 +151,7 @@ class Aim:
 
     def _spend(self) -> None:
         """Let the touch do nothing more until it has lifted."""
-        self.touching = self._upper = False
+        self._active = self._upper = False
 
     def _still(self, rise_mm: float) -> bool:
         """Whether the depth does not rise or is as just before; both, once the touch dropped."""
