@@ -176,11 +176,13 @@ def test_a_turn_by_two_fingers_is_not_taken_back_when_they_lift() -> None:
     assert play.columns == turned
 
 
-def test_several_fingers_that_press_deeper_drop_nothing() -> None:
+def test_several_fingers_that_press_deeper_drop_by_their_gesture_alone() -> None:
     play = Play()
     play.hold(0.4, 1.5, fingers=2)
     play.hold(0.2, 1.5, to_mm=FIRM_MM + 5.0, fingers=2)
     assert play.done == []
+    play.command(Action.HARD_DROP)
+    assert play.game.pieces_placed == 1
 
 
 def test_what_may_be_one_finger_steers_and_drops_though_two_are_likelier() -> None:
