@@ -102,7 +102,7 @@ class Aim:
     def _move(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take a contact of one finger; return what it does in the game."""
         self._recent.append((now_s, touch))
-        while self._recent[0][0] < now_s - SETTLE_S:
+        while len(self._recent) > 2 and self._recent[0][0] < now_s - SETTLE_S:
             self._recent.popleft()
         rise_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "rise_mm")
         if not self._settled and self._active:

@@ -134,6 +134,15 @@ def test_a_finger_that_leaves_after_its_drop_does_not_steer_the_next_piece() -> 
     assert play.columns == entered
 
 
+@pytest.mark.parametrize("deeper_mm", [0.0, 5.0])
+def test_a_touch_goes_on_after_frames_were_lost(deeper_mm: float) -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    play.now_s += 1.0  # a busy computer
+    play.hold(0.1, 0.5, to_mm=FIRM_MM + deeper_mm)
+    assert play.game.pieces_placed == (deeper_mm > 0.0)
+
+
 def test_an_unsteady_estimate_does_not_move_the_piece_to_and_fro() -> None:
     play, source = Play(), random.Random(1)
     play.hold(0.3, 2.3)  # near the edge between two columns
