@@ -46,7 +46,7 @@ class Aim:
 
     def __init__(self, rows: int = 5, columns: int = 5) -> None:
         """Aim on a dome of so many taxels."""
-        self._rows, self._across = rows, columns - 1
+        self._up, self._across = rows - 1, columns - 1
         self._dropped_s = self._lifted_s = -math.inf
         self._from: tuple[object, int] = (None, 0)
         self._end()
@@ -71,7 +71,7 @@ class Aim:
 
     def again(self) -> "Aim":
         """Return one that nothing has touched yet, on the same dome."""
-        return Aim(self._rows, self._across + 1)
+        return Aim(self._up + 1, self._across + 1)
 
     @property
     def touching(self) -> bool:
@@ -97,7 +97,7 @@ class Aim:
         if self._one >= ONE_FRAMES:
             self._from = (_number(game), _span(game)[0])
         done = self._move(touch, now_s, game)
-        return [*lifted, *done] if _may_be_one(touch) else lifted
+        return [*lifted, *done] if _may_be_one(touch) or Action.HOLD in done else lifted
 
     def _move(self, touch: ContactState, now_s: float, game: Game) -> list[Action]:
         """Take a contact of one finger; return what it does in the game."""
@@ -106,7 +106,7 @@ class Aim:
             self._recent.popleft()
         rise_mm = _mean(list(self._recent)[-MEAN_FRAMES:], "rise_mm")
         if not self._settled and self._active:
-            self._upper = self._steers and _mean(self._recent, "y") > self._rows - 1
+            self._upper = self._steers and self.touching and _mean(self._recent, "y") > self._up
             if now_s >= self._since_s + SETTLE_S - _TINY_S and self._still(rise_mm):
                 if self._upper:
                     self._spend()
@@ -156,8 +156,7 @@ class Aim:
     def _still(self, rise_mm: float) -> bool:
         """Whether the depth does not rise or is as just before; both, once the touch dropped."""
         either = min if self._steers else max
-        still_mm = either(abs(rise_mm), self._change("depth_mm"))
-        return len(self._recent) > 1 and still_mm < SETTLED_MM
+        return len(self._recent) > 1 and either(abs(rise_mm), self._change("depth_mm")) < SETTLED_MM
 
     def _beyond(self) -> list[bool]:
         """Return of each recent frame whether the finger is beyond the outer taxels."""

@@ -134,6 +134,16 @@ def test_a_finger_that_leaves_after_its_drop_does_not_steer_the_next_piece() -> 
     assert play.columns == entered
 
 
+def test_a_finger_that_dropped_may_be_held_while_frames_are_lost() -> None:
+    play = Play()
+    play.hold(0.4, 0.5)
+    while not play.game.pieces_placed:
+        play.hold(FRAME_S, 0.5, FIRM_MM + 5.0)
+    play.now_s += 1.0
+    play.hold(FRAME_S, 0.5, FIRM_MM + 5.0)
+    assert play.game.pieces_placed == 1
+
+
 @pytest.mark.parametrize("deeper_mm", [0.0, 5.0])
 def test_a_touch_goes_on_after_frames_were_lost(deeper_mm: float) -> None:
     play = Play()
@@ -347,6 +357,22 @@ def test_commands_of_a_press_do_nothing() -> None:
 def test_a_touch_above_the_last_row_holds_once_and_does_not_steer(seconds: float) -> None:
     play = Play()
     play.hold(seconds, 0.5, y=4.5)
+    play.frame(ContactState(0))
+    assert play.done == [Action.HOLD]
+
+
+def test_two_fingers_above_the_last_row_hold_nothing() -> None:
+    play = Play()
+    play.hold(0.6, 0.5, y=4.5, fingers=2)
+    play.frame(ContactState(0))
+    assert play.done == []
+
+
+def test_a_frame_that_shows_two_fingers_does_not_lose_the_hold() -> None:
+    play = Play()
+    play.hold(0.15, 0.5, y=4.5)
+    play.hold(FRAME_S, 0.5, y=4.5, fingers=2)  # the one in which the touch has settled
+    play.hold(0.2, 0.5, y=4.5)
     play.frame(ContactState(0))
     assert play.done == [Action.HOLD]
 

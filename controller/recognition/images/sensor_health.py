@@ -24,7 +24,8 @@ _LOST_S: Final = 1.0  # least duration of an open lead; a shorter one is intermi
 _CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are reported, too
 _CRACKLING_S: Final = 30.0
 _UNREADY_S: Final = 10.0
-_TOUCHED_S, _LEFT = 60.0, 0.3  # longer than any gesture; share of its strength: it has left
+_TOUCHED_S: Final = 60.0  # longer than any gesture
+_LEFT_SHARE: Final = 0.3  # of its greatest deviation, below which a touch has left
 # Least reported drift, ln C / C0. Sound orbs of both presets drift by 1 % in common, by 3 % a taxel
 # (SD), so the mean of a line by 1.3 % against the others.
 _COMMON: Final = 0.08
@@ -67,7 +68,7 @@ class HealthMonitor:
         self._frame += 1
         self.due = self._frame % self._every == 0
         self._ready |= prepared.ready
-        stays = not prepared.quiet and prepared.deviation >= _LEFT * self._strongest
+        stays = not prepared.quiet and prepared.deviation >= _LEFT_SHARE * self._strongest
         self._busy_run = self._busy_run + 1 if prepared.ready and stays else 0
         self._strongest = max(prepared.deviation, self._strongest if stays else 0.0)
         if self._lost_run is None:
