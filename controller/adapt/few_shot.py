@@ -194,6 +194,9 @@ def _manifest(
         taught = [_of_several(one, share, rate_hz) for one in examples if one.label == label]
         if 2 * sum(taught) > len(taught):
             table["preprocess"] = {**table["preprocess"], "beside": 0.0}
+    table["contact"] = {k: v for k, v in table.get("contact", {}).items() if k != "taught"}
+    if anew := [label for label in before.trained if any(o.label == label for o in examples)]:
+        table["contact"]["taught"] = anew
     table["card"].pop("added", None)
     if notes:
         table["card"]["added"] = list(notes)

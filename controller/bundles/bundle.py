@@ -6,7 +6,7 @@ users (`users_table`) may also have the user network. The form of the file is `c
 
 import hashlib
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles import container, users_table
+from controller.bundles import container, users_table, vocabulary
 from controller.bundles import head as heads
 from controller.bundles.container import (
     CONTACT,
@@ -332,8 +332,10 @@ def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
     shapes: dict[str, tuple[int, ...]] = {"first": (units, wide), "first_bias": (units,)}
     for name in ("gates", "memory"):
         shapes |= {name: (3 * units, units), f"{name}_bias": (3 * units,)}
-    shapes |= {"out": (OUTPUTS, 2 * units), "out_bias": (OUTPUTS,), "scale": (2, VALUES)}
-    golden = {"golden_inputs": (-1, wide), "golden_outputs": (-1, OUTPUTS)}
+    said = vocabulary.shipped().labels  # or nothing
+    outs = OUTPUTS + len(said) * (len(arrays.get("out_bias", ())) > OUTPUTS)
+    shapes |= {"out": (outs, 2 * units), "out_bias": (outs,), "scale": (2, VALUES)}
+    golden = {"golden_inputs": (-1, wide), "golden_outputs": (-1, outs)}
     check_arrays(what, arrays, {**shapes, **golden})
     given, expected = (arrays.pop(name) for name in golden)
     network = ContactNetwork(**arrays)
@@ -341,6 +343,8 @@ def _read_contacts(data: bytes, plain: BundleSettings) -> ContactNetwork:
         raise BundleError(f"has {what} with other numbers of golden inputs and outputs")
     if not np.allclose(network.outputs(given), expected, atol=_GOLDEN):
         raise BundleError(f"has {what} that does not give its golden outputs")
+    if plain.labels[: len(said)] != said:  # it does not know these gestures
+        network = replace(network, out=network.out[:OUTPUTS], out_bias=network.out_bias[:OUTPUTS])
     return network
 
 

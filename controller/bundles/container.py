@@ -31,7 +31,7 @@ from controller.shared.config import ConfigError
 from controller.shared.errors import UserError
 from controller.shared.npz import DAMAGE, ZipError, open_zip
 
-FORMAT = 6  # of bundle.toml and of the list of parts
+FORMAT_VERSION = 7  # of bundle.toml and of the list of parts
 MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 EMBEDDING, HEAD, LOCATION = "embedding.onnx", "head.npz", "location.onnx"
@@ -116,9 +116,9 @@ def manifest(text: bytes) -> dict[str, Any]:
     except ConfigError as error:
         raise BundleError(f"has a manifest that cannot be used: {error}") from None
     form = table.get("format")
-    if type(form) is not int or form != FORMAT:
+    if type(form) is not int or form != FORMAT_VERSION:
         what = "train or teach it again if it is older, else update OrbTouch"
-        raise BundleError(f"has format {form!r}, this program reads {FORMAT}; {what}")
+        raise BundleError(f"has format {form!r}, this program reads {FORMAT_VERSION}; {what}")
     return table
 
 

@@ -1,4 +1,4 @@
-"""Estimate of the contact in each frame: place, depth, number of fingers, angle.
+"""Estimate of the contact in each frame: place, depth, number of fingers, angle, and gesture.
 
 A small recurrent network sees each image and two running means of the images. It says each quantity
 with its own deviation. On a quiet sensor the newest image decides, on a noisy one what came before:
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.images.frames import Image
-from controller.shared.aliases import Array, Change, Complex, State
+from controller.shared.aliases import Change, Complex, State
 
 MOST_FINGERS: Final = 3  # a larger number is not told apart
 VALUES: Final = 5  # x, y, depth, angle, rise
@@ -23,8 +23,6 @@ PICTURES, SCALARS = 3, 14  # among its inputs
 TURNS: Final = 6  # the last of its inputs, which change their sign in a mirror
 SLOW_S: Final = 0.2  # time constant of the slower mean
 _FAST_S: Final = 0.05  # and of the faster one
-_BEGIN_S: Final = (0.05, 0.15)  # of a touch, against which its angle is measured
-_GRACE: Final = 2  # untouched images that do not end a touch
 _LEAST: Final = 0.002  # added to the strength: an image without a touch has none
 _HARMONICS: Final = (1, 2, 3)  # of what lies around the middle of a touch, by which it turns
 _REACH: Final = (0.5, 1.5)  # exponents of the distance, with which they are weighed
@@ -76,9 +74,10 @@ class ContactEstimate:
 class ContactNetwork:
     """Gated recurrent units, from `ContactTracker.inputs` to quantities and their variances.
 
-    The outputs are `VALUES` quantities, the ln variances of place, depth, angle and rise, and
-    the logits of no finger, one, two, more. They see the units, and a hidden layer with relu before
-    them. The gates stand in the order of PyTorch's `GRU`: reset, update, new.
+    The outputs are `VALUES` quantities, the ln variances of place, depth, angle and rise, the
+    logits of no finger, one, two, more, and perhaps those of the first labels. They see the units,
+    and a hidden layer with relu before them. The gates stand in the order of PyTorch's `GRU`:
+    reset, update, new.
     """
 
     first: Matrix  # (units, inputs)
@@ -87,8 +86,8 @@ class ContactNetwork:
     gates_bias: Matrix  # (3 * units,)
     memory: Matrix  # of the units before, (3 * units, units)
     memory_bias: Matrix  # (3 * units,)
-    out: Matrix  # (OUTPUTS, 2 * units)
-    out_bias: Matrix  # (OUTPUTS,)
+    out: Matrix  # (OUTPUTS + labels, 2 * units)
+    out_bias: Matrix  # (OUTPUTS + labels,)
     scale: Matrix  # mean and deviation of the quantities in training, (2, VALUES)
 
     @property
@@ -96,8 +95,13 @@ class ContactNetwork:
         """Number of recurrent units."""
         return len(self.first)
 
+    @property
+    def labels(self) -> int:
+        """How many of the first labels it says."""
+        return len(self.out) - OUTPUTS
+
     def step(self, inputs: Matrix, before: Matrix) -> tuple[Matrix, Matrix]:
-        """Return the outputs, (OUTPUTS,), of a frame's inputs, and the units after it.
+        """Return the outputs, (OUTPUTS + labels,), of a frame's inputs, and the units after it.
 
         Args:
             inputs: (inputs,).
@@ -112,22 +116,23 @@ class ContactNetwork:
         return self.out @ np.concatenate([units, hidden]) + self.out_bias, units
 
     def outputs(self, inputs: Matrix) -> Matrix:
-        """Return the outputs, (n, OUTPUTS), of the inputs of frames in order, (n, inputs)."""
+        """Return the outputs, (n, outputs), of the inputs of frames in order, (n, inputs)."""
         found, units = [], np.zeros(self.units, dtype=np.float32)
         for row in inputs:
             out, units = self.step(row, units)
             found.append(out)
-        return np.array(found, dtype=np.float32).reshape(-1, OUTPUTS)
+        return np.array(found, dtype=np.float32).reshape(-1, len(self.out))
 
     def estimate(self, outputs: Matrix) -> ContactEstimate | None:
-        """Return the estimate by the outputs of a frame, (OUTPUTS,); None: probably no contact."""
+        """Return the estimate by the outputs of a frame; None: probably no contact."""
         out = outputs.astype(np.float64)
         mean, deviation = self.scale.astype(np.float64)
-        split = VALUES, OUTPUTS - 1 - MOST_FINGERS
+        split = VALUES, OUTPUTS - 1 - MOST_FINGERS, OUTPUTS
         x, y, depth_mm, angle_deg, rise_mm = (mean + deviation * out[: split[0]]).tolist()
-        spread = np.maximum(np.exp(0.5 * np.minimum(out[slice(*split)], 4.0)), _LEAST_SIGMA)
+        spread = np.maximum(np.exp(0.5 * np.minimum(out[slice(*split[:2])], 4.0)), _LEAST_SIGMA)
         place, _, depth, angle, rise = (spread[list(SPREADS)] * deviation).tolist()
-        share = np.exp(out[split[1] :] - out[split[1] :].max())
+        number = out[slice(*split[1:])]
+        share = np.exp(number - number.max())
         share /= share.sum()
         if share[0] > 0.5:
             return None
@@ -146,7 +151,11 @@ class ContactNetwork:
 
 
 class ContactTracker:
-    """What came before the newest image: means, the beginning of the touch, the network's units."""
+    """What came before the newest image: means, and the network's units.
+
+    Attributes:
+        labels: Probability of each label that the network says, (labels,), or empty.
+    """
 
     def __init__(self, rows: int, columns: int, rate_hz: float, units: int = 0) -> None:
         """Begin untouched, with images of (rows, columns), for a network of so many units."""
@@ -154,26 +163,23 @@ class ContactTracker:
         row, column = np.indices(self._shape)
         self._taxels = (column + 1j * (rows - 1 - row)).ravel()
         self._newest = [1.0 / (over_s * rate_hz + 1) for over_s in (_FAST_S, SLOW_S)]
-        self._begin = tuple(round(at * rate_hz) for at in _BEGIN_S)
-        self._age = 0  # images of the touch; 0: none
-        self._still = 0  # untouched images in a row, during a touch
-        self._signal, self._fast, self._slow, self._first = np.zeros((4, rows, columns))
-        self._first_harmonics = np.zeros(TURNS, dtype=np.complex128)  # harmonics of the beginning
+        self._signal, self._fast, self._slow = np.zeros((3, rows, columns))
         self._units = np.zeros(units, dtype=np.float32)
+        self.labels = np.zeros(0, dtype=np.float32)
 
     def step(self, image: Image, idle: float, network: ContactNetwork) -> ContactEstimate | None:
         """Return the network's estimate for the next image; arguments are as in `inputs`."""
         outputs, self._units = network.step(self.inputs(image, idle), self._units)
-        contact = network.estimate(outputs)
-        self.notice(felt=contact is not None)
-        return contact
+        shares = np.exp(outputs[OUTPUTS:] - outputs[OUTPUTS:].max(initial=-np.inf))
+        self.labels = shares / shares.sum()
+        return network.estimate(outputs)
 
     def inputs(self, image: Image, idle: float) -> Matrix:
         """Return the network's inputs for the next image, (inputs,).
 
         They are the image and its two means, each by the strength of the faster one; the logarithm
-        of that, and the noise by it; and by what the harmonics around the middle have turned since
-        the touch began. Call `notice` after it.
+        of that, and the noise by it; and by what the harmonics around the middle have turned from
+        the slower mean to the image.
 
         Args:
             image: z, (rows, columns).
@@ -184,35 +190,10 @@ class ContactTracker:
             average += (self._signal - average) * newest
         strength = math.sqrt(float(np.square(self._fast).mean())) + _LEAST
         pictures = [p.ravel() / strength for p in (self._signal, self._fast, self._slow)]
-        turned = np.zeros(TURNS, dtype=np.complex128)
-        if self._age:
-            turned = self._harmonics(pictures[0]) * self._first_harmonics.conj()
-            turned /= np.sqrt(np.abs(turned) + _TINY)
+        turned = self._harmonics(pictures[0]) * self._harmonics(pictures[2]).conj()
+        turned /= np.sqrt(np.abs(turned) + _TINY)
         rest = (math.log(strength / 0.05), min(idle / strength, 2.0))
         return np.concatenate([*pictures, rest, turned.real, turned.imag]).astype(np.float32)
-
-    def notice(self, *, felt: bool) -> None:
-        """Take whether anything was felt in the newest image: a touch begins, lasts or ends."""
-        self._still = 0 if felt else self._still + 1
-        if self._still > _GRACE or not (felt or self._age):
-            self._age = 0
-            return
-        self._age += 1
-        begin, end = self._begin
-        if self._age <= max(1, begin):
-            self._first = self._signal
-        elif self._age <= max(begin + 1, end):
-            self._first = self._first + (self._signal - self._first) / (self._age - begin)
-        else:
-            return
-        self._first_harmonics = self._harmonics(self._first.ravel())
-
-    def beginning(self, course: Array) -> float | None:
-        """Return the mean of a course, (n,), over the touch's beginning; None once that is over."""
-        begin, end = self._begin
-        if self._age > max(begin + 1, end):
-            return None
-        return float(course[-max(1, self._age - begin) :].mean())
 
     def _harmonics(self, picture: Change) -> Complex:
         """Return how a picture, (taxels,), lies around its middle: harmonics, (6,), complex."""
@@ -230,14 +211,11 @@ class ContactTracker:
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
         return {
-            "averages": np.array([self._signal, self._fast, self._slow, self._first]),
-            "age": np.array([self._age, self._still], dtype=np.float64),
+            "averages": np.array([self._signal, self._fast, self._slow]),
             "units": self._units.astype(np.float64),
         }
 
     def restore(self, state: State) -> None:
         """Continue exactly where `state` was taken."""
-        self._signal, self._fast, self._slow, self._first = state["averages"].copy()
-        self._first_harmonics = self._harmonics(self._first.ravel())
-        self._age, self._still = (int(n) for n in state["age"])
+        self._signal, self._fast, self._slow = state["averages"].copy()
         self._units = state["units"].astype(np.float32)

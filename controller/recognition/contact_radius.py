@@ -1,6 +1,6 @@
 """Radius of a touch, by which elbows, palms and several fingers are told from one finger.
 
-An elbow is no press, and a finger that slides no twist.
+An elbow is no press.
 
 The radius is that of the circle around all that touches. A small network estimates it from each
 image. The estimates are combined by their precision, beginning with that of an ordinary finger: on
@@ -28,35 +28,27 @@ Matrix = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class ContactSettings:
-    """Which gestures a wide or narrow touch cannot be; stored in the bundle.
+    """What a touch shows of gestures beside CNN-3D; stored in the bundle.
 
     Attributes:
         widest_mm: Greatest radius of a touch that they are answered for: the radius less its
             deviation must not exceed it.
         labels: Those gestures: of a single finger.
-        narrowest_mm: Least radius of a touch of several fingers: the radius and twice its deviation
-            must reach it; else it is answered as the first of `labels`. 0: any.
         several: Gestures of several fingers.
+        taught: Gestures that CNN-3D was taught anew, of which the recurrent network has no say.
         quiet: Mean of |z - 1| while nothing touches, above which images do not show a radius: there
             a loss of pressure looks like a palm.
     """
 
     widest_mm: float = field(default=12.0, metadata={"range": (1.0, 1000.0)})
     labels: tuple[str, ...] = ()
-    narrowest_mm: float = field(default=0.0, metadata={"range": (0.0, 1000.0)})
     several: tuple[str, ...] = ()
+    taught: tuple[str, ...] = ()
     quiet: float = field(default=0.03, metadata={"range": (0.0, 10.0)})
 
     def too_wide(self, log_mm: float, deviation: float) -> bool:
         """Whether a touch is too wide, by ln mm of its radius and the deviation of that."""
         return log_mm - deviation > math.log(self.widest_mm)
-
-    def fitting(self, gesture: str, log_mm: float, deviation: float) -> str | None:
-        """Return the gesture that a touch of that radius can be in place of one, None: neither."""
-        if gesture in self.labels:
-            return None if self.too_wide(log_mm, deviation) else gesture
-        narrow = gesture in self.several and math.exp(log_mm + 2.0 * deviation) < self.narrowest_mm
-        return self.labels[0] if narrow and self.labels else gesture
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,8 +21,7 @@ wait, and confirms what is less sure (`controller.recognition.turn`).
 
 Noise in the frames is noise in the probabilities, so a noisier sensor's are averaged for longer
 (`DebounceSettings.weight`): a quiet one's touch begins and ends in the frame that shows it. A tap
-of a noisier sensor needs more evidence, too (`DebounceSettings.tap`), and that of a brisk gesture
-less where a single finger was felt and has left (`controller.recognition.finger`).
+of a noisier sensor needs more evidence, too (`DebounceSettings.tap`).
 
 A taught gesture may begin like an older one, as a double tap like a press. Then the older one, if
 `patient`, waits for `patience_s` whether an `awaited` one follows, which takes its place.
@@ -43,8 +42,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.contact import ContactEstimate
-from controller.recognition.finger import PEAK_SHARE, QUIET_SHARE, SUM_SHARE, FingerTracker
-from controller.recognition.turn import CONFIRMED_PROBABILITY, Turned, TurnTracker
+from controller.recognition.turn import (
+    CONFIRMED_PROBABILITY,
+    DOUBTED_PROBABILITY,
+    Turned,
+    TurnTracker,
+)
 from controller.shared.aliases import Array, State
 
 Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
@@ -168,7 +171,6 @@ class Debouncer:
         self._lasting = NULL  # the gesture that fired last, while its contact lasts
         self._contact = np.zeros(2)  # uneven levels before that contact, and the highest
         self._brisk = [self.labels.index(one) for one in settings.brisk]
-        self._finger = FingerTracker()
         # Levels since the last answer, as those above
         self._recent: deque[Array] = deque(maxlen=round(KEPT_S * rate_hz))
         self.tapped = 0.0
@@ -211,8 +213,6 @@ class Debouncer:
             )
         self._mean += self.settings.weight(idle) * (probabilities - self._mean)
         begins = self._frames == 0 and self._held == NULL
-        quiet = self.settings.weight(idle) >= QUIET_SHARE * self.settings.smoothing
-        self._finger.step(contact if quiet else None, begins=begins)
         if self._turn is not None:
             self._turn.step(contact, begins=begins)
         fired = self.decide(self._mean, idle, level, level if uneven is None else uneven)
@@ -230,7 +230,6 @@ class Debouncer:
         self._mean[:] = 0.0
         self._mean[NULL] = 1.0
         self._lasting = NULL
-        self._finger = FingerTracker()
         for one in (self._levels, self._touch, self._contact):
             one[:] = 0.0
         self._recent.clear()
@@ -251,7 +250,6 @@ class Debouncer:
             "lasting": np.array([self._lasting, *self._touch.ravel(), *self._contact]),
             "tapped": np.array([self.tapped]),
             "recent": np.array(self._recent).reshape(-1, 2),
-            **self._finger.state(),
             **({} if self._turn is None else self._turn.state()),
         }
 
@@ -267,7 +265,6 @@ class Debouncer:
         self.tapped = float(state["tapped"][0])
         self._recent.clear()
         self._recent.extend(state["recent"])
-        self._finger.restore(state)
         if self._turn is not None:
             self._turn.restore(state)
         waiting = ((int(kind), int(age)) for kind, age in state["queue"])
@@ -315,6 +312,8 @@ class Debouncer:
             mean[unready] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
         needed = CONFIRMED_PROBABILITY if best in said.confirmed else self._needed()
+        if best in said.doubted:
+            needed = max(needed, DOUBTED_PROBABILITY)
         if mean[best] < needed or (self._here and best not in self._awaited):
             return NULL
         if best in self._patient:
@@ -381,8 +380,6 @@ class Debouncer:
         low, high = self._touch[:, 0]
         lifted = self.settings.lifted
         least, brief_s = self._needs
-        if best in self._brisk and self._finger.left:
-            least, brief_s = PEAK_SHARE * least, SUM_SHARE * brief_s
         enough = (
             self._held == NULL
             and not self._here

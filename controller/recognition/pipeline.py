@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from controller.recognition.touch_input import TOUCH_WINDOWS
 from controller.recognition.touch_position import ContactLevel, PositionSpread, TouchImage
 from controller.recognition.turn import TurnTracker
 from controller.recognition.user_id import NO_USERS, UserIdentifier, Users
-from controller.shared.aliases import State
+from controller.shared.aliases import Index, State
 from controller.shared.touch_strength import scaled
 
 Touch = tuple[float, float]  # (x, y), grid units
@@ -119,6 +120,9 @@ class PipelineSettings:
     contacts: ContactNetwork | None = None
 
 
+_LEAST: Final = 1e-12  # product of probabilities: networks may contradict each other
+
+
 class Networks:
     """Base of the networks of a pipeline: `controller.bundles.inference.networks.Recognizer`."""
 
@@ -196,16 +200,18 @@ class Pipeline:
         self._preprocessor.answered = self._held in self._steady
         prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
+        contact = self._touching(prepared)
         if self.mark is not None:
             self.mark()
         if window is None:
             probabilities = self._certain.copy()
         else:
             seen = scaled(window, self.strength)
-            probabilities = self._networks.probabilities(seen, self.user)
+            own = self._networks.probabilities(seen, self.user)
+            probabilities = agreed(own, self._tracker.labels, self._shared)
         if self.mark is not None:
             self.mark()
-        step = self._decide(prepared, window, probabilities, t_s)
+        step = self._decide(prepared, window, probabilities, contact, t_s)
         self._health.notice(prepared)
         self._dead = prepared.dead
         if self.mark is not None:
@@ -236,8 +242,11 @@ class Pipeline:
         self._contacts = settings.contacts
         units = 0 if settings.contacts is None else settings.contacts.units
         self._tracker = ContactTracker(settings.rows, settings.columns, rate_hz, units)
+        told = 0 if settings.contacts is None else settings.contacts.labels
+        taught = [label in settings.contact.taught for label in settings.labels[:told]]
+        self._shared = np.flatnonzero(np.logical_not(taught))
         self._steady = set(settings.contact.several).difference(settings.debounce.slow)
-        self._refused = False  # the touch that is held was too wide or narrow for its gesture
+        self._refused = False  # the touch that is held was too wide for its gesture
         self._debouncer = Debouncer(settings.labels, settings.debounce, rate_hz, _turn(settings))
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
@@ -317,7 +326,12 @@ class Pipeline:
             self.user, self.confidence = self._identifier.name, self._identifier.confidence
 
     def _decide(
-        self, prepared: Prepared, window: Window | None, probabilities: Probabilities, t_s: float
+        self,
+        prepared: Prepared,
+        window: Window | None,
+        probabilities: Probabilities,
+        contact: ContactEstimate | None,
+        t_s: float,
     ) -> Step:
         """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = bool(self._held or self._debouncer.tapped), bool(probabilities[NULL] > 0.5)
@@ -330,7 +344,6 @@ class Pipeline:
         image = prepared.image if prepared.added is None else prepared.added
         level = self._level.step(image, prepared.idle) if prepared.ready else 0.0
         idle, uneven = prepared.idle / self.strength, self._level.uneven
-        contact = self._touching(prepared)
         gesture = self._debouncer.step(probabilities, idle, level, uneven, contact) or last
         held = self._held = self._debouncer.held
         touch = sigma = command = None
@@ -343,8 +356,8 @@ class Pipeline:
         if touch is not None and self._spread is not None:
             sigma = self._spread.sigma(self._touch.blur)
         self._refused &= bool(held)
-        if gesture is not None and (fitting := self._fitting(gesture, prepared)) != gesture:
-            self._refused, gesture = bool(held), fitting
+        if gesture in self._contact.labels and self._too_wide(prepared):
+            self._refused, gesture = bool(held), None
         if gesture is not None:
             command = self._command(gesture, touch, probabilities, t_s)
         if self._identifier is not None:
@@ -385,14 +398,13 @@ class Pipeline:
         probability = max(now, self._debouncer.tapped)  # a tap has left when it is answered
         return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
-    def _fitting(self, gesture: str, prepared: Prepared) -> str | None:
-        """Return the gesture that a touch of its radius can be in place of one, None: neither."""
+    def _too_wide(self, prepared: Prepared) -> bool:
+        """Whether the touch is wider than a finger's."""
         if self._radius is None or prepared.idle > self._contact.quiet:
-            return gesture
+            return False
         if prepared.broken > 1 or prepared.beside:  # its network learned neither
-            return gesture
-        measured = self._radius.log_radius(self._touch.signals, prepared.idle)
-        return self._contact.fitting(gesture, *measured)
+            return False
+        return self._contact.too_wide(*self._radius.log_radius(self._touch.signals, prepared.idle))
 
     def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
         """Collect evidence of the user during a touch; only a gesture makes it count."""
@@ -401,6 +413,23 @@ class Pipeline:
             probabilities = self._networks.people(window)
         identifier.step(probabilities, counts=self._held in self._users.gestures)
         self.user, self.confidence = identifier.name, identifier.confidence
+
+
+def agreed(own: Probabilities, others: Probabilities, shared: Index) -> Probabilities:
+    """Return what two networks say together of labels, (classes,): their geometric mean.
+
+    Args:
+        own: Probability of each label.
+        others: Those of the first labels, or none.
+        shared: Labels that both may decide; of the rest `own` decides.
+    """
+    if not len(others):
+        return own
+    said = own.copy()
+    said[shared] = others[shared] * (own[shared].sum() / max(_LEAST, others[shared].sum()))
+    both: Probabilities = np.sqrt(np.maximum(own * said, _LEAST))
+    both /= both.sum()
+    return both
 
 
 def _turn(settings: PipelineSettings) -> TurnTracker | None:

@@ -2,8 +2,8 @@
 
 A twist may be wound up in contact: the fingers first turn the other way, by up to 30 degrees. So a
 twist is answered when it has turned farther than that, for longer than that takes, or back and
-beyond where it began. What turns is no pinch, though fingers that change their direction look as if
-they closed. Angles are of `controller.recognition.contact`.
+beyond where it began. What turns is no pinch, though fingers that begin to turn, or change their
+direction, look as if they closed. Angles are of `controller.recognition.contact`.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,9 @@ _MARGIN_SIGMAS: Final = 0.3  # of the newest angle, added to that
 _BACK_DEG: Final = 4.0  # below its greatest, a turn has ended or goes back
 _REVERSED_DEG: Final = (8.0, 4.0)  # turned the other way, and beyond zero
 _TURNING_DEG: Final = (8.0, 15.0)  # now, or at any time: no pinch for now
+_DOUBTED_S: Final = 0.35  # time in the touch up to which a pinch may be a twist that begins
 CONFIRMED_PROBABILITY: Final = 0.6  # that suffices, smoothed, where the angle says the same
+DOUBTED_PROBABILITY: Final = 0.99  # that is needed where a touch may be a twist that begins
 
 
 class Turned(NamedTuple):
@@ -31,11 +33,13 @@ class Turned(NamedTuple):
         waiting: Classes that are not answered yet.
         never: Classes that the touch is not.
         confirmed: Classes that the angle says, too.
+        doubted: Classes that may be twists which begin.
     """
 
     waiting: Sequence[int] = ()
     never: Sequence[int] = ()
     confirmed: Sequence[int] = ()
+    doubted: Sequence[int] = ()
 
 
 class TurnTracker:
@@ -92,7 +96,8 @@ class TurnTracker:
                 waiting.append(kind)
         if abs(mean) > _TURNING_DEG[0] or max(-least, most) > _TURNING_DEG[1]:
             waiting += self._others
-        return Turned(waiting, never, confirmed)
+        doubted = self._others if touch_s < _DOUBTED_S else ()
+        return Turned(waiting, never, confirmed, doubted)
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""

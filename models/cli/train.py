@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _choose(request)
     options.require("training", "torch", "sklearn", "onnx", "tomli_w", "matplotlib")
     from models.reports import cards
-    from models.results.training import ContactResult, StateResult, Training
+    from models.results.training import Training
     from models.training.train import train
 
     result = train(request, errors.say)
@@ -65,8 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
             f"models train DIR --from {request.out} --epochs 0 --out {request.out}, "
             f"models evaluate {request.out} DIR"
         )
-    elif isinstance(result, ContactResult | StateResult):
-        print(result.words)
+    elif isinstance(result, str):
+        print(result)
         follow = f"models evaluate {request.out}, or controller install {request.out}"
     else:
         print(cards.users(result))

@@ -1,8 +1,10 @@
-"""Simulated contacts that move and deepen as they like, with the truth of every frame.
+"""Simulated contacts and gestures, with the truth of every frame.
 
-They teach what touches (`controller.recognition.contact`): one to five fingers that land anywhere,
-wander, deepen, part, close and turn, for a tenth of a second or for seconds, on orbs whose physics
-and noise vary. The frames of an orb are in order, with the pauses between touches.
+They teach what touches (`controller.recognition.contact`). Half of them move as they like: one to
+five fingers that land anywhere, wander, deepen, part, close and turn, for a tenth of a second or
+for seconds. The others are simulated hands at play, with many touches that are no gesture. The
+physics and the noise of the orbs vary. The frames of an orb are in order, with the pauses between
+touches.
 """
 
 import math
@@ -18,9 +20,12 @@ from controller.recognition.images.preprocess import Preprocessor
 from controller.shared.aliases import Array, Complex
 from controller.simulator.dome.faults import Fault
 from controller.simulator.hand.gesture import min_jerk
-from controller.simulator.orb import PRESETS, OrbModel, OrbSimulator
+from controller.simulator.hand.user_style import draw_style
+from controller.simulator.orb import NOMINAL, PRESETS, OrbModel, OrbSimulator
+from controller.simulator.session import simulate as play
 from models.data.contacts import varied_orb
 
+UNSAID: Final = -1  # label of frames in which no gesture is meant
 _MOVING: Final = 81  # tag of the seeds
 _SESSION_S, _LEAD_S = 75.0, 3.0  # and the untouched time before it, for the rest image
 _LASTS_S: Final = (0.12, 1.6)  # of touches
@@ -48,10 +53,17 @@ _STEP_MM, _DEEPEN_MM, _PART_MM = 14.0, 4.0, 6.0  # deviations of movements, each
 _AWAY, _RIM = 2.5, 1.3  # grid units from the middle, each way; half sides of the grid
 _LATER_S: Final = 0.05  # until the last of several has landed
 _FELT_MM: Final = 0.3  # shallower contacts are none
-_NOTICED_MM: Final = (0.3, 1.5)  # depth from which an orb notices a touch
 _NONE: Final = 1e-12  # weight of what does not touch
 _NOISY, _LOUD = 0.35, (0.6, 1.1)  # share of orbs with so much of the noise of `paper-snr`
 _DEAD: Final = 0.02  # share of dead taxels
+# Of hands at play: shares of quick and of unruly turns, of pointers, of domes that lose pressure
+# (by how much of it a minute), and of orbs with no more broken taxels than usual
+_TURNS, _UNRULY, _POINTER = (0.0, 0.5), (0.2, 0.9), 0.12
+_LEAKY, _LEAK, _WHOLE = 0.12, (0.05, 0.3), 0.35
+_SAID_S, _APART_S = 0.1, 0.075  # a label lasts longer than its touch; until shortly before the next
+
+# Inputs, truth, fingers and labels of one orb, (frames, ...) each
+Own = tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int8], NDArray[np.int8]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +74,21 @@ class MovingContacts:
     # x, y, depth (mm), angle (degrees), rise (mm), (orbs, frames, VALUES)
     truth: NDArray[np.float32]
     fingers: NDArray[np.int8]  # number of contacts, at most `MOST_FINGERS`, (orbs, frames)
+    label: NDArray[np.int8]  # index of the label that is true, `UNSAID`: unknown, (orbs, frames)
 
 
-def simulate(model: OrbModel, settings: PreprocessSettings, seed: int, orbs: int) -> MovingContacts:
-    """Return 72 s on each of so many orbs."""
+def simulate(
+    model: OrbModel, settings: PreprocessSettings, seed: int, orbs: int, *, gestures: bool
+) -> MovingContacts:
+    """Return 72 s on each of so many orbs; with `gestures`, a hand plays on every second one.
+
+    Its labels are those of `controller.simulator.session`.
+    """
     found = []
     for number in range(orbs):
         rng = np.random.default_rng([_MOVING, seed, number])
-        found.append(session(_orb(model, rng), settings, rng))
+        drawn = played if gestures and number % 2 else session
+        found.append(drawn(_orb(model, rng), settings, rng))
     return MovingContacts(*(np.stack(part) for part in zip(*found, strict=True)))
 
 
@@ -85,10 +104,8 @@ def _orb(model: OrbModel, rng: np.random.Generator) -> OrbModel:
     return replace(made, electronics=circuit)
 
 
-def session(
-    model: OrbModel, settings: PreprocessSettings, rng: np.random.Generator
-) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int8]]:
-    """Return inputs, truth and fingers, as in `MovingContacts`, of one orb."""
+def session(model: OrbModel, settings: PreprocessSettings, rng: np.random.Generator) -> Own:
+    """Return contacts of one orb that move as they like, as in `MovingContacts`."""
     whole = replace(model, electronics=replace(model.electronics, dead=0.0))
     slots, rate_hz = len(_FINGERS), settings.rate_hz
     orb = OrbSimulator(np.random.SeedSequence(rng.integers(2**32)), rate_hz, slots, whole)
@@ -113,8 +130,56 @@ def session(
     orb.electronics.switch(Fault("dead", *place) for place in np.argwhere(dead).tolist())
     frames = orb.advance(point, depth, radius)
     each = slice(orb.steps_per_frame - 1, None, orb.steps_per_frame)
-    noticed = depth[each] > rng.uniform(*_NOTICED_MM)
-    return _watched(frames, point[each], depth[each], turned[each], noticed, model, settings)
+    unsaid = np.full(len(frames), UNSAID, np.int8)
+    return _watched(frames, point[each], depth[each], turned[each], unsaid, model, settings)
+
+
+def played(model: OrbModel, settings: PreprocessSettings, rng: np.random.Generator) -> Own:
+    """Return a hand at play on one orb, as in `MovingContacts`."""
+    usual, rate_hz = NOMINAL.electronics, settings.rate_hz
+    if rng.random() < _WHOLE:
+        whole = replace(model.electronics, dead=usual.dead, leaky=usual.leaky)
+        model = replace(model, electronics=whole)
+    leak = [Fault.parse(f"air_leak={rng.uniform(*_LEAK):.3f}")] if rng.random() < _LEAKY else []
+    made = play(
+        np.random.SeedSequence(rng.integers(2**32)).spawn(5),
+        _SESSION_S / 60,
+        style=draw_style(rng),
+        pointer=bool(rng.random() < _POINTER),
+        rate_hz=rate_hz,
+        model=model,
+        quick=rng.uniform(*_TURNS),
+        unruly=rng.uniform(*_UNRULY),
+        faults=leak,
+    )
+    depth = np.nan_to_num(made.contact[..., 2].astype(np.float64))
+    middle = np.array([(model.columns - 1) / 2, (model.rows - 1) / 2])
+    x, y = np.moveaxis(np.nan_to_num(made.contact[..., :2] - middle), -1, 0)
+    point = (x + 1j * y) * model.pitch_mm
+    label = _lasting(made.label, round(_SAID_S * rate_hz), round(_APART_S * rate_hz))
+    return _watched(made.frames, point, depth, _turned(point, depth), label, model, settings)
+
+
+def _turned(point: Complex, depth: Array) -> Array:
+    """Return by how much contacts, (n, fingers), have turned since the first landed, degrees."""
+    turned = np.zeros(len(point))
+    there = depth > _FELT_MM
+    for at in range(1, len(point)):
+        both = there[at] & there[at - 1]
+        if both.any():  # else another touch begins
+            before, now = (one - one.mean() for one in (point[at - 1, both], point[at, both]))
+            turned[at] = turned[at - 1] + np.degrees(np.angle((now * before.conj()).sum()))
+    return turned
+
+
+def _lasting(label: NDArray[np.int8], longer: int, apart: int) -> NDArray[np.int8]:
+    """Return labels, (n,), that last so many frames longer, but end so long before the next."""
+    label = label.copy()
+    for end in np.flatnonzero((label[:-1] > 0) & (label[1:] == 0)) + 1:
+        after = np.flatnonzero(label[end : end + longer + apart])
+        free = longer if not len(after) else min(longer, int(after[0]) - apart)
+        label[end : end + max(0, free)] = label[end - 1]
+    return label
 
 
 def _radius(count: int, rng: np.random.Generator) -> float:
@@ -132,35 +197,31 @@ def _watched(
     point: Complex,
     depth: Array,
     turned: Array,
-    noticed: NDArray[np.bool_],
+    label: NDArray[np.int8],
     model: OrbModel,
     settings: PreprocessSettings,
-) -> tuple[NDArray[np.float16], NDArray[np.float32], NDArray[np.int8]]:
+) -> Own:
     """Return what the device sees of frames after the lead, and what is true in each."""
     stage = Preprocessor(settings, model.rows, model.columns)
     tracker = ContactTracker(model.rows, model.columns, settings.rate_hz)
     slow = 1.0 / (SLOW_S * settings.rate_hz + 1)
-    felt = depth > _FELT_MM
-    inputs, truth, first, usual, age = [], [], 0.0, 0.0, 0
+    inputs, truth, usual, age, felt = [], [], 0.0, 0, depth > _FELT_MM
     for at, frame in enumerate(frames):
         seen, there, deepest = stage.step(frame), felt[at], float(depth[at].max())
-        given = tracker.inputs(seen.image, seen.idle)
-        tracker.notice(felt=bool(noticed[at].any()))
-        if (mean := tracker.beginning(turned[: at + 1])) is not None:
-            first = mean
         age = age + 1 if there.any() else 0
         usual += (deepest - usual) * max(slow, 1.0 / max(age, 1))
         weights = np.where(there, depth[at], _NONE)
         middle = complex((weights * point[at]).sum() / weights.sum()) / model.pitch_mm
-        angle = turned[at] - first if there.sum() > 1 else 0.0
+        angle = turned[at] if there.sum() > 1 else 0.0
         x, y = middle.real + (model.columns - 1) / 2, middle.imag + (model.rows - 1) / 2
-        inputs.append(given)
+        inputs.append(tracker.inputs(seen.image, seen.idle))
         truth.append((x, y, deepest, angle, deepest - usual))
     after = round(_LEAD_S * settings.rate_hz)
     return (
         np.array(inputs[after:], dtype=np.float16),
         np.array(truth[after:], dtype=np.float32),
         np.minimum(felt[after:].sum(axis=1), MOST_FINGERS).astype(np.int8),
+        label[after:],
     )
 
 

@@ -190,45 +190,6 @@ class Enrolled:
 
 
 @dataclass(frozen=True, slots=True)
-class ContactResult:
-    """Results of the network of contacts' radii, on simulated contacts held out."""
-
-    name: str  # of the bundle
-    contacts: int  # that it learned from
-    lost: float  # share of fingertips that are refused
-    through: float  # share of elbows and palms that are answered
-
-    @property
-    def words(self) -> str:
-        """What it learned from, and how well, in a clause."""
-        return (
-            f"{self.contacts} simulated contacts; of others, {self.lost:.1%} of fingertips are "
-            f"refused, {self.through:.0%} of contacts from 14 mm are answered"
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class StateResult:
-    """Median errors of what touches in each frame, on simulated contacts held out."""
-
-    name: str  # of the bundle
-    frames: int  # that it learned from
-    place_mm: float  # of one finger, each axis
-    depth_mm: float  # of one finger
-    angle_deg: float  # of several
-    counted: float  # share of frames whose number of fingers is right
-
-    @property
-    def words(self) -> str:
-        """What it learned from, and how well, in a clause."""
-        return (
-            f"{self.frames} simulated frames; median errors of others: place "
-            f"{self.place_mm:.2f} mm, depth {self.depth_mm:.2f} mm, angle "
-            f"{self.angle_deg:.1f}°; {self.counted:.0%} with the right number of fingers"
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class UserResult:
     """Results of a user identification."""
 

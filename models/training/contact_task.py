@@ -23,13 +23,11 @@ from models import formatting, processes
 from models.data import contacts
 from models.data.contacts import Contacts
 from models.data.simulate import DataSet
-from models.results.training import ContactResult
 from models.training import checkpoint
 from models.training.request import Request
 
 LABEL: Final = "press"  # the gesture of a single finger
 SEVERAL: Final = ("pinch", "twist_cw", "twist_ccw")  # gestures of several fingers
-NARROWEST_MM: Final = 18.0  # measured: twists and pinches from 20, fingers that slide to 17
 PARTS: Final = 25  # simulated one by one, the last is held out
 ORBS: Final = 160  # of each part
 EPOCHS: Final = 10
@@ -41,7 +39,7 @@ FINGER_MM: Final = 9.0  # no fingertip is wider
 ELBOW_MM: Final = 14.0  # no elbow is narrower
 
 
-def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> ContactResult:
+def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> str:
     """Write the bundle `base` with a network of contacts' radii for its sensor.
 
     Raises:
@@ -63,16 +61,17 @@ def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> 
     parts = [Contacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
     network = fit(parts[:-1], request.seed, rounds, say)
     several = tuple(label for label in loaded.labels if label in SEVERAL)
-    settings = ContactSettings(
-        labels=(LABEL,), several=several, narrowest_mm=NARROWEST_MM if several else 0.0
-    )
+    settings = ContactSettings(labels=(LABEL,), several=several)
     lost, through = _shares(network, parts[-1], settings)
     touches = sum(int(one.touch[-1]) + 1 for one in parts[:-1])
-    result = ContactResult(request.out.name, touches, lost, through)
+    words = (
+        f"{touches} simulated contacts; of others, {lost:.1%} of fingertips are refused, "
+        f"{through:.0%} of contacts from 14 mm are answered"
+    )
     own = {"contact": asdict(settings)}
-    write(request, base, container.CONTACT, npz.pack(network.arrays()), own, result.words)
+    write(request, base, container.CONTACT, npz.pack(network.arrays()), own, words)
     shutil.rmtree(folder)
-    return result
+    return words
 
 
 def fit(parts: list[Contacts], seed: int, epochs: int, say: Say) -> RadiusNetwork:

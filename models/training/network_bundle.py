@@ -332,7 +332,7 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
     if touch not in (None, TouchInput()):
         accuracy["touch"] = asdict(touch)
     return {
-        "format": container.FORMAT,
+        "format": container.FORMAT_VERSION,
         "labels": list(labels),
         "rows": result.rows,
         "columns": result.columns,

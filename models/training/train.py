@@ -19,11 +19,11 @@ from models.evaluation import replay, scores, tune
 from models.evaluation.replay import Batched
 from models.results import storage
 from models.results.evaluation import Tuning
-from models.results.training import ContactResult, StateResult, Training, UserResult
+from models.results.training import Training, UserResult
 from models.training.request import Request
 
 
-def train(request: Request, say: Say) -> Training | UserResult | ContactResult | StateResult:
+def train(request: Request, say: Say) -> Training | UserResult | str:
     """Train networks; write the bundle, its card and its report; ValueError if it is impossible."""
     from models.training import checkpoint
     from models.training.contact_task import train_contacts

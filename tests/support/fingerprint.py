@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import Head
+from controller.recognition.contact import ContactNetwork
 from controller.recognition.contact_radius import RadiusNetwork
 
 SHORT: Final = 8  # digits that pages and captions show
-# Networks are hashed by themselves; the others do not change what a device answers, `contacts`
-# (what touches in each frame) included.
+# Networks are hashed by themselves; the others do not change what a device answers.
 _NO_SETTINGS: Final = (
     "card",
     "golden",
@@ -39,6 +39,7 @@ def fingerprint(bundle: Bundle) -> str:
         "user": bundle.user_onnx,
         "head": _numbers(bundle.head),
         **({} if bundle.radius is None else {"radius": _numbers(bundle.radius)}),
+        **({} if bundle.contacts is None else {"contacts": _numbers(bundle.contacts)}),
         **{f"taught of {user}": _numbers(rows) for user, rows in bundle.taught.items()},
     }
     content = {
@@ -52,7 +53,7 @@ def fingerprint(bundle: Bundle) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _numbers(network: Head | RadiusNetwork) -> bytes:
+def _numbers(network: Head | RadiusNetwork | ContactNetwork) -> bytes:
     """Return the arrays of a network, one after the other."""
     return b"".join(array.tobytes() for array in network.arrays().values())
 

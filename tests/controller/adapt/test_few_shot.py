@@ -131,6 +131,12 @@ def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
     assert not whole.out[5:, :width].any()
 
 
+def test_of_an_old_gesture_that_is_taught_anew_the_network_that_learned_it_decides() -> None:
+    anew = bundles.parse(written(adapt.teach(DATA, examples("press", 2))))
+    assert anew.contact.taught == ("press",)
+    assert bundles.parse(taught()).contact.taught == ()  # no other network knows a double tap
+
+
 def test_a_second_gesture_keeps_the_first_and_the_network_s_size() -> None:
     made = written(adapt.teach(taught(), examples("squeeze", 3)))
     learned = bundles.parse(made)

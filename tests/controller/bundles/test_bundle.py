@@ -169,7 +169,7 @@ def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: 
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("format", "format = 5", "this program reads 6; train or teach it again if it is older"),
+        ("format", "format = 6", "this program reads 7; train or teach it again if it is older"),
         ("rows", "rows = 0", "a whole number from 1 to 30"),
         ("rows", "rows = true", "a whole number"),
         ("rows", "rows = 5.0", "a whole number"),
@@ -186,7 +186,7 @@ def test_places_at_one_level_do_not_depend_on_the_strength_of_a_touch(strength: 
         ("slow", 'brisk = ["hop"]', "has a setting of a gesture 'hop' that it does not have"),
         ("crop", "crop = 2.5", "crop = 2.5 under .touch.; expected is a whole"),
         ("level", "level = -1.0", "level = -1.0 under .touch."),
-        ("format", "format = 6\nmood = 1", "the unknown key 'mood'; known are labels"),
+        ("format", "format = 7\nmood = 1", "the unknown key 'mood'; known are labels"),
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
     ],
 )

@@ -78,22 +78,13 @@ def test_a_contact_too_wide_for_its_gesture_is_not_answered_and_not_held() -> No
 
 
 @pytest.mark.parametrize(
-    ("gesture", "radius_mm", "deviation", "fitting"),
-    [
-        ("press", 8.0, 0.1, "press"),
-        ("press", 20.0, 0.1, None),  # an elbow
-        ("press", 20.0, 0.9, "press"),  # unsure
-        ("twist", 22.0, 0.1, "twist"),
-        ("twist", 9.0, 0.1, "press"),  # a finger that slides around
-        ("twist", 9.0, 0.5, "twist"),  # unsure
-        ("hum", 3.0, 0.1, "hum"),  # of no known number of fingers
-    ],
+    ("radius_mm", "deviation", "wide"),
+    [(8.0, 0.1, False), (20.0, 0.1, True), (20.0, 0.9, False)],  # a finger, an elbow, unsure
 )
-def test_a_touch_is_answered_by_what_its_radius_can_be(
-    gesture: str, radius_mm: float, deviation: float, fitting: str | None
+def test_a_touch_is_too_wide_where_its_radius_is_sure(
+    radius_mm: float, deviation: float, wide: bool
 ) -> None:
-    contact = ContactSettings(labels=("press",), several=("twist",), narrowest_mm=18.0)
-    assert contact.fitting(gesture, math.log(radius_mm), deviation) == fitting
+    assert ContactSettings().too_wide(math.log(radius_mm), deviation) == wide
 
 
 @pytest.mark.parametrize(("radius_mm", "answers"), [(7.0, ["press"]), (20.0, [])])

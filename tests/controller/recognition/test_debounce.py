@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from controller.recognition.contact import ContactEstimate
 from controller.recognition.debounce import Debouncer, DebounceSettings
 from controller.recognition.debounced_stream import fire, smooth
 
@@ -120,28 +119,6 @@ def test_a_tap_is_told_with_its_greatest_probability() -> None:
 @pytest.mark.parametrize(("probability", "frames"), [(0.7, 3), (0.9, 2), (0.5, 20)])
 def test_a_touch_that_was_hardly_one_fires_nothing(probability: float, frames: int) -> None:
     assert taps(probability, frames) == []
-
-
-@pytest.mark.parametrize(
-    ("depth_mm", "fingers", "idle", "answers"),
-    [
-        ([6.0, 6.0, 0.0], 1, 0.0, ["press"]),
-        ([0.0, 0.0, 0.0], 1, 0.0, []),  # nothing was felt
-        ([1.5, 1.5, 0.0], 1, 0.0, []),  # not for sure
-        ([6.0, 6.0, 6.0], 1, 0.0, []),  # it has not left
-        ([6.0, 6.0, 0.0], 2, 0.0, []),  # a hand
-        ([6.0, 6.0, 0.0], 1, 0.2, []),  # a noisy sensor feels what is not there
-    ],
-)
-def test_a_brief_click_is_answered_where_a_single_finger_was_felt_and_has_left(
-    depth_mm: list[float], fingers: int, idle: float, answers: list[str]
-) -> None:
-    brief = replace(TAPS, brisk=("press",), noise=0.15)
-    stage, found = Debouncer(LABELS, brief, rate_hz=40.0), []
-    for newest, depth in zip([sure(PRESS, 0.8)] * 2 + [sure(NULL)], depth_mm, strict=True):
-        felt = ContactEstimate(2.0, 2.0, 0.1, depth, 0.5, fingers, 0.9, 0.0, 5.0, 0.0, 1.0)
-        found.append(stage.step(newest, idle, contact=felt if depth else None))
-    assert [label for label in found if label] == answers
 
 
 def test_waiting_has_a_bound() -> None:

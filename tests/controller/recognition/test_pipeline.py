@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.images.frames import Frame, Window
-from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.pipeline import Pipeline, Step, agreed
 from controller.recognition.touch_position import PositionSpread
 from controller.shared.aliases import State
 from tests.support.loop_bench import SHIPPED, Certain
@@ -175,3 +175,23 @@ def test_a_state_of_something_else_is_refused() -> None:
     for damaged in wrong:
         with pytest.raises(ValueError, match="the state"):
             pipeline().restore(damaged)
+
+
+@pytest.mark.parametrize(
+    ("own", "others", "shared", "both"),
+    [
+        ([0.1, 0.9], [0.1, 0.9], [0, 1], [0.1, 0.9]),  # they say the same
+        ([0.0, 1.0], [1.0, 0.0], [0, 1], [0.5, 0.5]),  # the opposite: nobody knows
+        ([0.5, 0.5], [0.1, 0.9], [0, 1], [0.25, 0.75]),  # one has no opinion
+        ([0.2, 0.3, 0.5], [], [], [0.2, 0.3, 0.5]),  # there is one alone
+        ([0.1, 0.1, 0.8], [0.5, 0.5], [0, 1], [0.1, 0.1, 0.8]),  # of a taught gesture one alone
+        ([0.1, 0.1, 0.8], [0.4, 0.4, 0.2], [0, 1], [0.1, 0.1, 0.8]),  # taught anew: it, too
+    ],
+)
+def test_a_label_is_as_probable_as_two_networks_find_together(
+    own: list[float], others: list[float], shared: list[int], both: list[float]
+) -> None:
+    one, other = (np.array(each, dtype=np.float32) for each in (own, others))
+    found = agreed(one, other, np.array(shared, dtype=np.int64))
+    assert found.dtype == np.float32
+    assert found == pytest.approx(np.array(both), abs=1e-6)

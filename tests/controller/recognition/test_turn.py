@@ -38,12 +38,13 @@ def said(angles: list[float], touch_s: float, sigma: float = 5.0) -> Turned:
 @pytest.mark.parametrize(
     ("angles", "touch_s", "expected"),
     [
-        ([0, -10, -25, -25], 0.3, Turned([CCW, CW, PINCH])),  # may be wound up
-        ([0, -20, -60, -60], 0.3, Turned([CCW, PINCH], (), [CW])),  # too far for winding up
+        ([0, -10, -25, -25], 0.4, Turned([CCW, CW, PINCH])),  # may be wound up
+        ([0, -20, -60, -60], 0.4, Turned([CCW, PINCH], (), [CW])),  # too far for winding up
         ([0, -10, -25, -25], 0.7, Turned([CCW, PINCH], (), [CW])),  # and too long
         ([0, -30, -30, -12], 0.7, Turned([CCW, CW, PINCH])),  # it goes back
         ([0, -30, -15, 25, 25], 0.5, Turned([CW, PINCH], [CW, PINCH], [CCW])),  # it was wound up
-        ([0, 2, -3, 1], 0.3, Turned([CCW, CW])),  # a pinch does not turn
+        ([0, 2, -3, 1], 0.4, Turned([CCW, CW])),  # a pinch does not turn
+        ([0, 2, -3, 1], 0.3, Turned([CCW, CW], doubted=[PINCH])),  # or not yet
     ],
 )
 def test_what_an_angle_says(angles: list[float], touch_s: float, expected: Turned) -> None:
@@ -78,6 +79,16 @@ def test_a_wound_twist_is_answered_once_by_the_way_it_turned_last() -> None:
         found.append(stage.step(right if angle > 5.0 else wrong, contact=contact))
     found.append(stage.step(np.array([1.0, 0, 0, 0, 0])))
     assert [one for one in found if one] == ["twist_ccw"]
+
+
+@pytest.mark.parametrize(("probability", "after_s"), [(0.999, 0.05), (0.95, 0.35)])
+def test_fingers_that_may_begin_to_turn_are_a_pinch_only_for_sure(
+    probability: float, after_s: float
+) -> None:
+    stage, sure = Debouncer(LABELS, SETTINGS, RATE_HZ, tracker()), np.zeros(len(LABELS))
+    sure[[0, PINCH]] = 1.0 - probability, probability
+    found = [stage.step(sure, contact=FINGERS) for _ in range(20)]
+    assert (found.index("pinch") + 1) / RATE_HZ == pytest.approx(after_s, abs=0.03)
 
 
 @pytest.mark.parametrize("wound_deg", [0.0, 25.0])
