@@ -190,7 +190,8 @@ class Aim:
             self._rest(now_s)
             return [*steps, Action.HARD_DROP]
         leaving_mm = LEAVING * self._deepest_mm
-        if abs(rise_mm) >= max(BEGIN_MM, noise_mm) and (self._settled or rise_mm < 0.0):
+        rises = self._settled and not self._slides(touch)
+        if abs(rise_mm) >= max(BEGIN_MM, noise_mm) and (rises or rise_mm < 0.0):
             if self._past:
                 self._goal = self._past[0][2]
         elif self._steers:

@@ -301,6 +301,15 @@ def test_a_slide_from_outside_the_dome_counts_from_its_rim() -> None:
     assert farther.columns == rim.columns
 
 
+def test_a_slide_is_followed_though_it_is_felt_deeper() -> None:
+    play = Play()
+    play.hold(0.4, 0.6, 5.0)
+    before = max(play.columns)
+    play.hold(0.1, 0.6, 5.0, to_x=1.8, to_mm=8.0)
+    assert max(play.columns) > before
+    assert play.game.pieces_placed == 0
+
+
 def test_a_slide_and_a_lift_drop_nothing() -> None:
     play = Play()
     play.hold(0.4, 0.5)
