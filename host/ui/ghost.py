@@ -14,7 +14,7 @@ from tetris.kit.theme import Colour
 
 PERIOD_S: Final = 2.2  # from one showing of a gesture to the next
 _LEAD_S: Final = 0.6  # before the fingers are down
-_SINK_S: Final = 0.25  # in which they come down, and rise
+_SINK_S: Final = 0.15  # in which they come down, and rise: what lands more slowly is a rest
 _RIM: Final = 0.9  # of the dome's radius, where the drag of a twist goes
 _HAND: Final = (0.30, 0.75)  # right and down: where a hand comes from, as a part of the direction
 _LENGTH: Final = 5.0  # of a finger, in its own radii
