@@ -183,15 +183,16 @@ class Aim:
     def _steer(self, touch: ContactState, rise_mm: float, now_s: float, game: Game) -> list[Action]:
         noise_mm = SIGMAS * touch.rise_sigma / math.sqrt(MEAN_FRAMES)
         deeper = self._settled and _may_be_one(touch) and rise_mm >= max(DROP_MM, noise_mm)
-        self._rising = self._rising + 1 if deeper and not self._slides(touch) else 0
+        slides = self._settled and self._slides(touch)
+        self._rising = self._rising + 1 if deeper and not slides else 0
         if self._rising >= (EDGE_FRAMES if any(self._beyond()) else 1):
             steps = self._go(game)
             self._dropped_s, self._steers = now_s, False
             self._rest(now_s)
             return [*steps, Action.HARD_DROP]
         leaving_mm = LEAVING * self._deepest_mm
-        rises = self._settled and not self._slides(touch)
-        if abs(rise_mm) >= max(BEGIN_MM, noise_mm) and (rises or rise_mm < 0.0):
+        pressed = self._settled and not slides
+        if abs(rise_mm) >= max(BEGIN_MM, noise_mm) and (pressed or rise_mm < 0.0):
             if self._past:
                 self._goal = self._past[0][2]
         elif self._steers:

@@ -120,7 +120,7 @@ class PipelineSettings:
     contacts: ContactNetwork | None = None
 
 
-_LEAST: Final = 1e-12  # product of probabilities: networks may contradict each other
+_LEAST_PRODUCT: Final = 1e-12  # of two probabilities: networks may contradict each other
 
 
 class Networks:
@@ -426,8 +426,8 @@ def agreed(own: Probabilities, others: Probabilities, shared: Index) -> Probabil
     if not len(others):
         return own
     said = own.copy()
-    said[shared] = others[shared] * (own[shared].sum() / max(_LEAST, others[shared].sum()))
-    both: Probabilities = np.sqrt(np.maximum(own * said, _LEAST))
+    said[shared] = others[shared] * (own[shared].sum() / max(_LEAST_PRODUCT, others[shared].sum()))
+    both: Probabilities = np.sqrt(np.maximum(own * said, _LEAST_PRODUCT))
     both /= both.sum()
     return both
 

@@ -25,7 +25,7 @@ from controller.simulator.orb import NOMINAL, PRESETS, OrbModel, OrbSimulator
 from controller.simulator.session import simulate as play
 from models.data.contacts import varied_orb
 
-UNSAID: Final = -1  # label of frames in which no gesture is meant
+UNKNOWN_LABEL: Final = -1  # label of frames in which no gesture is meant
 _MOVING: Final = 81  # tag of the seeds
 _SESSION_S, _LEAD_S = 75.0, 3.0  # and the untouched time before it, for the rest image
 _LASTS_S: Final = (0.12, 1.6)  # of touches
@@ -74,7 +74,9 @@ class MovingContacts:
     # x, y, depth (mm), angle (degrees), rise (mm), (orbs, frames, VALUES)
     truth: NDArray[np.float32]
     fingers: NDArray[np.int8]  # number of contacts, at most `MOST_FINGERS`, (orbs, frames)
-    label: NDArray[np.int8]  # index of the label that is true, `UNSAID`: unknown, (orbs, frames)
+    label: NDArray[
+        np.int8
+    ]  # index of the label that is true, `UNKNOWN_LABEL`: unknown, (orbs, frames)
 
 
 def simulate(
@@ -130,7 +132,7 @@ def session(model: OrbModel, settings: PreprocessSettings, rng: np.random.Genera
     orb.electronics.switch(Fault("dead", *place) for place in np.argwhere(dead).tolist())
     frames = orb.advance(point, depth, radius)
     each = slice(orb.steps_per_frame - 1, None, orb.steps_per_frame)
-    unsaid = np.full(len(frames), UNSAID, np.int8)
+    unsaid = np.full(len(frames), UNKNOWN_LABEL, np.int8)
     return _watched(frames, point[each], depth[each], turned[each], unsaid, model, settings)
 
 

@@ -26,7 +26,7 @@ from controller.shared import files, npz
 from controller.shared.aliases import Say
 from controller.simulator.session import LABELS
 from models.data import moving_contacts
-from models.data.moving_contacts import UNSAID, MovingContacts
+from models.data.moving_contacts import UNKNOWN_LABEL, MovingContacts
 from models.data.simulate import DataSet
 from models.training import checkpoint
 from models.training.contact_task import simulated, write
@@ -48,7 +48,7 @@ LEAST: Final = (0.02, 0.04, 0.0, 0.1)
 LEAST_DEG: Final = 4.0
 TURNED_DEG, TURNED = 8.0, 3.0  # an angle from here on weighs so much: most contacts do not turn
 AXES: Final = torch.tensor([2.0, 1.0, 1.0, 1.0])  # quantities of each variance
-TWISTS: Final = tuple(LABELS.index(label) for label in ("twist_cw", "twist_ccw"))
+TWIST_CLASSES: Final = tuple(LABELS.index(label) for label in ("twist_cw", "twist_ccw"))
 # The network's arrays in the order of PyTorch's parameters
 WEIGHTS: Final = (
     *("first", "first_bias", "gates", "memory", "gates_bias", "memory_bias"),
@@ -187,7 +187,7 @@ def tensors(part: MovingContacts, grid: tuple[int, int]) -> tuple[Tensor, Tensor
         truth[..., 3] = -truth[..., 3]
         others = others.clone()
         others[..., -TURNS:] = -others[..., -TURNS:]
-        label = torch.where(label >= TWISTS[0], sum(TWISTS) - label, label)
+        label = torch.where(label >= TWIST_CLASSES[0], sum(TWIST_CLASSES) - label, label)
     seen = torch.cat([pictures.flatten(2), others], dim=2)
     return seen, truth, torch.from_numpy(part.fingers), label
 
@@ -212,7 +212,7 @@ def surprise(out: Tensor, wanted: Tensor, fingers: Tensor, least: Tensor) -> Ten
 
 def _unnamed(logits: Tensor, said: Tensor) -> Tensor:
     """Return the mean negative log-likelihood of labels, (orbs, frames), where they are known."""
-    own = said != UNSAID
+    own = said != UNKNOWN_LABEL
     loss = nn.functional.cross_entropy(logits[own], said[own], reduction="sum")
     return loss / own.sum().clamp(min=1)
 

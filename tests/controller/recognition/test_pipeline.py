@@ -181,7 +181,7 @@ def test_a_state_of_something_else_is_refused() -> None:
     ("own", "others", "shared", "both"),
     [
         ([0.1, 0.9], [0.1, 0.9], [0, 1], [0.1, 0.9]),  # they say the same
-        ([0.0, 1.0], [1.0, 0.0], [0, 1], [0.5, 0.5]),  # the opposite: nobody knows
+        ([0.0, 1.0], [1.0, 0.0], [0, 1], [0.5, 0.5]),  # the opposite: both are equally likely
         ([0.5, 0.5], [0.1, 0.9], [0, 1], [0.25, 0.75]),  # one has no opinion
         ([0.2, 0.3, 0.5], [], [], [0.2, 0.3, 0.5]),  # there is one alone
         ([0.1, 0.1, 0.8], [0.5, 0.5], [0, 1], [0.1, 0.1, 0.8]),  # of a taught gesture one alone

@@ -43,6 +43,6 @@ def test_the_truth_beside_each_frame_is_of_what_touches_in_it() -> None:
     assert (made.truth[made.fingers == 1][:, 3] == 0.0).all()
     strength = made.inputs[..., 75].astype(float)  # its logarithm
     assert np.corrcoef(strength[there], made.truth[there][:, 2])[0, 1] > 0.5
-    assert (made.label[0] == moving_contacts.UNSAID).all()  # these contacts mean nothing
+    assert (made.label[0] == moving_contacts.UNKNOWN_LABEL).all()  # these contacts mean nothing
     assert set(np.unique(made.label[1])) == set(range(len(LABELS)))
     assert there[made.label > 0].mean() > 0.7  # a label lasts longer than its touch
