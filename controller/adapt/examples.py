@@ -47,9 +47,8 @@ BLUR: Final = (0.2, 0.6, 0.2)  # weights of three frames in a variation
 LEAST_EXAMPLES: Final = 3  # of which symmetries can be guessed
 COMPARED_IMAGES: Final = 4  # of a touch that are compared, evenly between its beginning and end
 DISTANCE_FACTOR: Final = 1.6  # times the usual distance: farther away it is another gesture
-SAME_DISTANCE: Final = (
-    0.6  # distance of what is the same in any case; that of nothing in common is 1.4
-)
+# Distance of what is the same in any case; that of nothing in common is 1.4
+SAME_DISTANCE: Final = 0.6
 
 _MEDIAN: Final = 0.6745  # of the absolute deviation of a normal distribution
 

@@ -19,9 +19,8 @@ from controller.shared.aliases import Array
 _FEWEST_IMAGES: Final = 2  # images of a touch: each is compared with the one before
 _LEAST_STRENGTH: Final = 0.002  # added to each: an image without a touch has none
 _FINGER_LOG_MM: Final = (math.log(7.5), 0.4)  # ln mm of an ordinary finger: mean, deviation
-_LEAST_DEVIATION: Final = (
-    0.1  # deviation of ln mm that more images do not go below: people and orbs vary
-)
+# Deviation of ln mm that more images do not go below: people and orbs vary
+_LEAST_DEVIATION: Final = 0.1
 
 Matrix = NDArray[np.float32]
 

@@ -60,6 +60,7 @@ _FINGER_SHARE = 0.06  # share of the highest level, by which it does so, too
 _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
+_LIKELY = 0.5  # smoothed probability of a brisk gesture beside what is held
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
 NULL = 0  # the class "null" comes first in every bundle
@@ -180,6 +181,11 @@ class Debouncer:
         """The gesture whose contact still lasts, "" if none."""
         kind = self._held or self._lasting
         return self.labels[kind] if kind != NULL else ""
+
+    @property
+    def pressed(self) -> bool:
+        """Whether a brisk gesture is likely now, whatever is held."""
+        return bool((self._mean[self._brisk] >= _LIKELY).any())
 
     @property
     def lying(self) -> bool:

@@ -1,5 +1,6 @@
 """Pipeline of the pure stages, from frame to command."""
 
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
@@ -197,7 +198,7 @@ class Pipeline:
         """
         self._number = self._number + 1 if number is None else number
         self._preprocessor.learn()  # of the last frame, if `check_health` did not call it
-        self._preprocessor.answered = self._held in self._steady
+        self._preprocessor.told = self._held in self._steady and self._debouncer.pressed
         prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
         contact = self._touching(prepared)
@@ -308,9 +309,7 @@ class Pipeline:
         held = state["debounce.held"][0], state["debounce.lasting"][0]
         if not 0 <= min(held) <= max(held) < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not have")
-        stages: dict[str, State] = {
-            name: {} for name in ("preprocess", "debounce", "touch", "moving", "contact", "users")
-        }
+        stages: defaultdict[str, State] = defaultdict(dict)
         for key, array in state.items():
             stage, _, name = key.partition(".")
             stages[stage][name] = array

@@ -74,9 +74,8 @@ class MovingContacts:
     # x, y, depth (mm), angle (degrees), rise (mm), (orbs, frames, VALUES)
     truth: NDArray[np.float32]
     fingers: NDArray[np.int8]  # number of contacts, at most `MOST_FINGERS`, (orbs, frames)
-    label: NDArray[
-        np.int8
-    ]  # index of the label that is true, `UNKNOWN_LABEL`: unknown, (orbs, frames)
+    # Index of the label that is true, `UNKNOWN_LABEL`: unknown, (orbs, frames)
+    label: NDArray[np.int8]
 
 
 def simulate(

@@ -66,9 +66,8 @@ class DataSet:
     quick: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
     # share of the other turns with slides, winding up, resting hands and the like
     unruly: float = field(default=0.0, metadata={"range": (0.0, 1.0)})
-    varied: bool = (
-        False  # the dome's physics differs from session to session, not its pressure only
-    )
+    # The dome's physics differs from session to session, not its pressure only
+    varied: bool = False
 
     @classmethod
     def of(

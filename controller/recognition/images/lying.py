@@ -5,7 +5,8 @@ is what is added. So where images were steady for .2 s and then gain at another 
 none, what they showed is subtracted from all that follow, until it has left. A finger that slides
 loses where it was; one that presses deeper gains where it is; pressure changes all taxels alike.
 
-On a noisy sensor a finger's part of a few images cannot be told from noise: nothing is subtracted.
+On a noisy sensor a finger's part of a few images cannot be told from noise. There, and beside a
+pinch that is held, the networks tell of the press: what lay there some time before is subtracted.
 """
 
 import math
@@ -19,9 +20,9 @@ from controller.shared.aliases import Change, State
 
 _LANDING_S: Final = 0.1  # a finger that lands is seen after it
 _STEADY_S: Final = 0.2  # of images before that
-# Share of what lies by which these may differ, and of a new contact's gain that others may lose;
-# then beside fingers that were answered and hold still, as a pinch does and a twist does not.
-_UNSTEADY, _LOST = (0.2, 0.5), (0.4, 0.8)
+_TOLD_S: Final = 0.6  # from their first one, until networks are sure of a press beside them
+# Share of what lies by which these may differ, and of a new contact's gain that others may lose
+_UNSTEADY, _LOST = 0.2, 0.4
 _LEFT: Final = 0.4  # share of what lies, with which it has left
 _UNDER: Final = 0.65  # share of its strength from which on a taxel is under what lies
 _LEAST: Final = 0.08  # norm of z - 1 of what counts as lying
@@ -47,18 +48,17 @@ class LyingContact:
         self._share = share
         self._landing = max(2, round(_LANDING_S * rate_hz))
         self._steady = max(1, round(_STEADY_S * rate_hz))
-        most = self._landing + self._steady
-        self._recent: deque[Change] = deque(maxlen=most)  # z - 1, newest last
+        self._recent: deque[Change] = deque(maxlen=round(_TOLD_S * rate_hz))  # z - 1, newest last
         self._lies: Change = np.zeros((rows, columns))
         self._since = 0  # images since something began or ended to lie; 0: long ago
 
-    def step(self, image: Image, idle: float, *, answered: bool = False) -> bool:
+    def step(self, image: Image, idle: float, *, told: bool = False) -> bool:
         """Take the next image; return whether another contact has begun beside what lies.
 
         Args:
             image: z, (rows, columns); a touch lowers it.
             idle: Mean of |z - 1| while nothing touches.
-            answered: What lies was answered by a gesture that does not turn or slide.
+            told: The networks say that a finger presses beside what lies.
         """
         if self._share == 0.0:
             return False
@@ -67,24 +67,24 @@ class LyingContact:
         self._since += self._since > 0
         if self._lies.any() and float(self._there(signal)) < _LEFT:
             self._lies, self._since = np.zeros_like(self._lies), 1
-        if not self._begins(idle, answered):
+        recent, most = np.array(self._recent), self._landing + self._steady
+        if not told:
+            recent = recent[-most:]
+        if len(recent) < most or not (told or (idle <= _QUIET and self._begins(recent, idle))):
             return False
-        steady = np.array(self._recent)[: self._steady]
+        steady = recent[: self._steady]
         self._lies = np.minimum(steady.mean(axis=0), 0.0)
         self._since = self._landing + self._steady // 2
         self._recent.clear()
         return True
 
-    def _begins(self, idle: float, answered: bool) -> bool:
+    def _begins(self, recent: Change, idle: float) -> bool:
         """Whether the newest images gain at another place than steady ones before them show."""
-        if len(self._recent) < self._landing + self._steady or idle > _QUIET:
-            return False
-        recent = np.array(self._recent)
         before, newest = recent[: self._steady], recent[-2:].mean(axis=0)
         lies, variance = np.minimum(before.mean(axis=0), 0.0), (_TO_SIGMA * idle) ** 2
         strength = _above(lies - np.median(lies), variance / len(before))
         unsteady = _above(before - lies, variance) / math.sqrt(len(before))
-        if strength < _LEAST or unsteady > _UNSTEADY[answered] * strength:
+        if strength < _LEAST or unsteady > _UNSTEADY * strength:
             return False
         noise, gain = variance * (0.5 + 1.0 / len(before)), newest - lies
         own = gain - np.median(gain)  # pressure changes all taxels alike
@@ -95,7 +95,7 @@ class LyingContact:
         if lies.flat[own.argmin()] < _UNDER * lies.min():  # it is the same that slides or deepens
             return False
         added, lost = np.minimum(gain, 0.0), np.maximum(gain, 0.0)
-        return _above(lost, noise / 2) <= _LOST[answered] * _above(added, noise / 2)
+        return _above(lost, noise / 2) <= _LOST * _above(added, noise / 2)
 
     def added(self, images: Image) -> Image:
         """Return images, z, (..., rows, columns), without what lies and is still there."""
