@@ -4,7 +4,8 @@ A touch begins when the smoothed probability of all gestures together reaches `o
 it falls below. In a touch one gesture fires, at the first of these moments:
 
 - its smoothed probability reaches a bound that falls from `on` to `late` in the touch's first
-  `wait_s`: early evidence must be clearer, since gestures begin alike;
+  `wait_s`: early evidence must be clearer, since gestures begin alike. On a quiet sensor that of a
+  `brisk` gesture falls on slowly: a finger that lands slowly and stays looks like one that rests;
 - the touch ends and it was the most probable one, at least `least` at its height and
   `brief_s` long in all (its probabilities, added over time): a tap too short for the first. The
   finger must have left: where the level of the contact stays, the network has found that the touch
@@ -60,6 +61,8 @@ _FINGER_SHARE = 0.06  # share of the highest level, by which it does so, too
 _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
+# Above `least`: to there the bound of a brisk gesture falls after `wait_s`, in so many times of it
+_LINGERING, _LINGERS = 0.2, 3.0
 _LIKELY = 0.5  # smoothed probability of a brisk gesture beside what is held
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
@@ -121,6 +124,20 @@ class DebounceSettings:
         if self.noise == 0.0:
             return 0.0 * idle + self.smoothing
         return self.smoothing / (1.0 + idle / self.noise)
+
+    def bound(self, touch_s: Values, least: Values, *, brisk: bool) -> Values:
+        """Return the smoothed probability at which a gesture fires after so long in a touch.
+
+        `least` is the first result of `tap`.
+        """
+        if self.wait_s == 0.0:
+            return 0.0 * touch_s + self.on
+        waited = touch_s / self.wait_s
+        needed: Values = self.on + (self.late - self.on) * np.minimum(1.0, waited)
+        if brisk:
+            fallen = np.clip((waited - 1.0) / _LINGERS, 0.0, 1.0)
+            needed = needed - fallen * np.maximum(0.0, needed - least - _LINGERING)
+        return needed
 
     def tap(self, idle: Values) -> tuple[Values, Values]:
         """Return `least` and `brief_s` on a sensor with that noise, `idle` as in `weight`."""
@@ -317,7 +334,10 @@ class Debouncer:
             mean = mean.copy()
             mean[unready] = 0.0
         best = NULL + 1 + int(np.argmax(mean[NULL + 1 :]))
-        needed = CONFIRMED_PROBABILITY if best in said.confirmed else self._needed()
+        needed = CONFIRMED_PROBABILITY
+        if best not in said.confirmed:
+            touch_s, brisk = self._frames / self._rate_hz, best in self._brisk
+            needed = self.settings.bound(touch_s, self._needs[0], brisk=brisk)
         if best in said.doubted:
             needed = max(needed, DOUBTED_PROBABILITY)
         if mean[best] < needed or (self._here and best not in self._awaited):
@@ -364,14 +384,6 @@ class Debouncer:
             self._contact[1] = high
             if level - low <= _HOLDING * (high - low):
                 self._lasting = NULL
-
-    def _needed(self) -> float:
-        """Return the smoothed probability at which a gesture fires in this frame of a touch."""
-        settings = self.settings
-        if settings.wait_s == 0.0:
-            return settings.on
-        share = min(1.0, self._frames / self._rate_hz / settings.wait_s)
-        return settings.on + (settings.late - settings.on) * share
 
     def _landed(self, kind: int, *, left: bool = False) -> bool:
         """Return whether a contact has landed that a class may answer, now or when it has left."""

@@ -87,13 +87,13 @@ def fire(
         early = gestures.copy()
         for label in settings.slow:
             early[since / rate_hz < settings.slow_s, labels.index(label) - NULL - 1] = 0.0
-    needed = np.full(len(means), settings.on)
-    if settings.wait_s > 0.0:
-        share = np.minimum(1.0, since / rate_hz / settings.wait_s)
-        needed = settings.on + (settings.late - settings.on) * share
-    sure = np.flatnonzero(early.max(axis=1) >= needed)
-    taps = _taps(means, settings, rate_hz, levels, idle, begins, ends)
     brisk = [labels.index(label) for label in settings.brisk]
+    least, _ = settings.tap(np.broadcast_to(idle, len(means)))
+    needed = np.empty(gestures.shape)
+    for kind, bound in enumerate(needed.T, NULL + 1):
+        bound[:] = settings.bound(since / rate_hz, least, brisk=kind in brisk)
+    sure = np.flatnonzero((early >= needed).any(axis=1))
+    taps = _taps(means, settings, rate_hz, levels, idle, begins, ends)
     seen, kept = np.column_stack([levels, levels]), round(KEPT_S * rate_hz)
     fired: list[tuple[int, int]] = []
 
@@ -108,8 +108,9 @@ def fire(
             if brisk and not has_landed(at, brisk[0]):
                 likely = likely.copy()
                 likely[[one - NULL - 1 for one in brisk]] = 0.0
-            if likely.max() >= needed[at]:
-                fired.append((at, NULL + 1 + int(likely.argmax())))
+            best = int(likely.argmax())
+            if likely[best] >= needed[at, best]:
+                fired.append((at, NULL + 1 + best))
                 break
         else:
             if taps[number] != NULL and has_landed(end, taps[number], left=True):

@@ -208,6 +208,23 @@ def test_a_tap_is_a_finger_that_has_come_since_the_last_answer(
     assert found == ["press"] * answers
 
 
+@pytest.mark.parametrize(
+    ("idle", "brisk", "expected"),
+    [
+        pytest.param(0.003, ("press",), [22], id="after .4 s"),
+        pytest.param(0.003, (), [], id="of a gesture that is not brisk"),
+        pytest.param(0.06, ("press",), [], id="on a noisy sensor"),
+    ],
+)
+def test_less_is_needed_of_a_finger_that_lands_slowly_and_stays(
+    idle: float, brisk: tuple[str, ...], expected: list[int]
+) -> None:
+    slowly = replace(TAPS, on=1.05, late=0.93, wait_s=0.2, least=0.5, noise=0.15, brisk=brisk)
+    stage = Debouncer(LABELS, slowly, rate_hz=40.0)
+    stream = [sure(NULL)] * 5 + [sure(PRESS, 0.85)] * 40
+    assert [n for n, newest in enumerate(stream) if stage.step(newest, idle)] == expected
+
+
 def test_a_finger_that_stays_and_is_doubted_for_a_moment_is_answered_once() -> None:
     wary = replace(TAPS, on=1.05, late=0.98, wait_s=0.2, lifted=0.5)
     stream = [NULL] * 10 + [PRESS] * 20 + [NULL] * 4 + [PRESS] * 4 + [NULL] * 20
