@@ -31,9 +31,7 @@ from models import formatting, processes
 from models.results import storage
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
-# Seeds that no training accepts: what is looked at again and again, and what only reports see.
-EVALUATE_SEED: Final = TEST_SEEDS.start
-BENCHMARK_SEED: Final = TEST_SEEDS.start + 10
+EVALUATE_SEED: Final = TEST_SEEDS.start  # what is looked at again and again: none trains on it
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 

@@ -55,9 +55,8 @@ def train_contacts(request: Request, base: Path, say: Say, orbs: int = ORBS) -> 
     rounds = request.epochs or EPOCHS
     checkpoint.claim(folder, ("contacts", loaded.hash, request.seed, orbs, rounds, software()))
     grid = DataSet(rows=loaded.rows, columns=loaded.columns, pitch_mm=loaded.pitch_mm)
-    paths = simulated(
-        folder, partial(_write_part, grid, loaded.rate_hz, orbs), request.seed * PARTS, PARTS, say
-    )
+    draw = partial(contacts.simulate, grid.model(), loaded.rate_hz, orbs=orbs)
+    paths = simulated(folder, draw, request.seed * PARTS, PARTS, say)
     parts = [Contacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
     network = fit(parts[:-1], request.seed, rounds, say)
     several = tuple(label for label in loaded.labels if label in SEVERAL)
@@ -113,12 +112,12 @@ def _surprise(out: Tensor, wanted: Tensor) -> Tensor:
 
 
 def simulated(
-    folder: Path, write: Callable[[Path, int], None], seed: int, parts: int, say: Say
+    folder: Path, draw: Callable[[int], Any], seed: int, parts: int, say: Say
 ) -> list[Path]:
-    """Return the files of parts, each written by `write(path, its seed)` unless it is there."""
+    """Return the files of parts: what `draw` returns for the seed of each, unless it is there."""
     paths = [folder / f"contacts-{number:02d}.npz" for number in range(parts)]
     jobs = {
-        number: partial(write, path, seed + number)
+        number: partial(_write_part, draw, path, seed + number)
         for number, path in enumerate(paths)
         if not path.exists()
     }
@@ -129,10 +128,8 @@ def simulated(
     return paths
 
 
-def _write_part(grid: DataSet, rate_hz: float, orbs: int, path: Path, seed: int) -> None:
-    """Simulate a part of the contacts into its file."""
-    made = contacts.simulate(grid.model(), rate_hz, seed, orbs)
-    files.atomic_write(path, npz.pack(asdict(made)))
+def _write_part(draw: Callable[[int], Any], path: Path, seed: int) -> None:
+    files.atomic_write(path, npz.pack(asdict(draw(seed))))
 
 
 def _shares(

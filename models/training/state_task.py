@@ -1,7 +1,6 @@
 """Training of the network of what touches in each frame, on simulated contacts that move."""
 
 import shutil
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -20,9 +19,8 @@ from controller.recognition.contact import (
     ContactNetwork,
     Matrix,
 )
-from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings.recording import software
-from controller.shared import files, npz
+from controller.shared import npz
 from controller.shared.aliases import Say
 from controller.simulator.session import LABELS
 from models.data import moving_contacts
@@ -67,7 +65,9 @@ def train_state(
     checkpoint.claim(folder, ("state", loaded.hash, request.seed, orbs, parts, rounds, software()))
     grid = DataSet(rows=loaded.rows, columns=loaded.columns, pitch_mm=loaded.pitch_mm)
     plays = loaded.labels[: len(LABELS)] == LABELS  # the simulated hand knows the gestures
-    draw = partial(_write_part, grid, loaded.preprocess, orbs, plays)
+    draw = partial(
+        moving_contacts.simulate, grid.model(), loaded.preprocess, orbs=orbs, gestures=plays
+    )
     paths = simulated(folder, draw, request.seed * PARTS, parts, say)
     made = [MovingContacts(**npz.unpack(path, checkpoint.MAX_BYTES)) for path in paths]
     known = len(LABELS) if plays else 0
@@ -215,14 +215,6 @@ def _unnamed(logits: Tensor, said: Tensor) -> Tensor:
     own = said != UNKNOWN_LABEL
     loss = nn.functional.cross_entropy(logits[own], said[own], reduction="sum")
     return loss / own.sum().clamp(min=1)
-
-
-def _write_part(
-    grid: DataSet, settings: PreprocessSettings, orbs: int, plays: bool, path: Path, seed: int
-) -> None:
-    """Simulate a part of the contacts into its file."""
-    made = moving_contacts.simulate(grid.model(), settings, seed, orbs, gestures=plays)
-    files.atomic_write(path, npz.pack(asdict(made)))
 
 
 def _judged(network: ContactNetwork, held: MovingContacts, pitch_mm: float) -> str:

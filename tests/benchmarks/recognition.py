@@ -26,12 +26,12 @@ import numpy as np
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.simulator.orb import PRESETS
-from models.data.simulate import BENCHMARK_SEED, DataSet
+from models.data.simulate import DataSet
 from models.evaluation.evaluate import evaluate, summarise
 from models.results.evaluation import Figure, Result
 
 from . import recognition_few, recognition_users
-from .results import Results, command_line, figure_row, say
+from .results import BENCHMARK_SEED, Results, command_line, figure_row, say
 
 USERS: Final = 20
 # name -> unit, and the goal on nominal and on paper-snr.

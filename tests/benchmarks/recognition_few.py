@@ -34,13 +34,13 @@ from controller.recordings.recording import Recording
 from controller.shared.event_metric import attach
 from controller.simulator.orb import PRESETS
 from models.data.ground_truth import GroundTruth
-from models.data.simulate import BENCHMARK_SEED, DataSet
+from models.data.simulate import DataSet
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, Stream, debounced_stream, network_inputs
 from models.results.evaluation import Figure
 
-from .results import Results, command_line, figure_row
+from .results import BENCHMARK_SEED, Results, command_line, figure_row
 
 KNOCK: Final = Path(__file__).parents[2] / "examples" / "knock" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")

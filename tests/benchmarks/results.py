@@ -8,12 +8,16 @@ import math
 import statistics
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+from controller.simulator.session import TEST_SEEDS
 
 if TYPE_CHECKING:
     from models.results.evaluation import Figure
 
 Row = dict[str, Any]
+
+BENCHMARK_SEED: Final = TEST_SEEDS.start + 10  # of people that nothing but reports sees
 
 
 def command_line(doc: str | None, **defaults: Any) -> argparse.ArgumentParser:
