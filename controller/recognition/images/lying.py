@@ -5,8 +5,8 @@ is what is added. So where images were steady for .2 s and then gain at another 
 none, what they showed is subtracted from all that follow, until it has left. A finger that slides
 loses where it was; one that presses deeper gains where it is; pressure changes all taxels alike.
 
-On a noisy sensor a finger's part of a few images cannot be told from noise. There, and beside a
-pinch that is held, the networks tell of the press: what lay there some time before is subtracted.
+On a noisy sensor a finger's part of a few images cannot be told from noise. While a pinch is held,
+the networks tell of a press there, too: then what lay there some time before is subtracted.
 """
 
 import math

@@ -101,7 +101,7 @@ def test_on_a_noisy_sensor_networks_have_to_tell_of_a_finger() -> None:
     assert not any(beside.step(image, idle) for image in before)
     assert beside.step(newest, idle, told=True)
     alone = beside.added(1.0 + pressing[-1]) - 1.0
-    assert np.unravel_index(alone.argmin(), alone.shape) == (3, 3)
+    assert divmod(int(alone.argmin()), 5) == (3, 3)
     assert abs(alone[1, 1]) < 0.05
 
 
