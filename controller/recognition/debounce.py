@@ -62,8 +62,8 @@ _UNTIL_LEFT = 1.3  # times `landed_s`: a finger that has left did not rest
 KEPT_S = 10.0  # a contact that landed before that has been there for ever
 _HOLDING = 0.3  # share of the level's rise that a held gesture keeps at least
 # Above `least`: to there the bound of a brisk gesture falls after `wait_s`, in so many times of it
-_LINGERING, _LINGERS = 0.2, 3.0
-_LIKELY = 0.5  # smoothed probability of a brisk gesture beside what is held
+_SLOW_MARGIN, _SLOW_WAITS = 0.2, 3.0
+_PRESS_LIKELY_PROBABILITY = 0.5  # smoothed probability of a brisk gesture beside what is held
 _LEAST_CLEAR = 0.4  # however noisy the sensor, taps do not need more evidence than with this
 
 NULL = 0  # the class "null" comes first in every bundle
@@ -79,7 +79,7 @@ class DebounceSettings:
         on: Smoothed probability at which a gesture fires as a touch begins; above 1: none does.
         off: Smoothed probability of all gestures together at which a touch begins and ends.
         wait_s: Time in a touch after which `late` is enough; 0: `on` stays.
-        late: Smoothed probability at which a gesture fires from then on.
+        late: Smoothed probability at which a gesture fires from then on; a brisk one as in `bound`.
         least: Greatest smoothed probability in a noiseless sensor's touch that suffices at its
             end; above 1: none.
         brief_s: Least sum of the gesture's smoothed probabilities over the time of that touch.
@@ -135,8 +135,8 @@ class DebounceSettings:
         waited = touch_s / self.wait_s
         needed: Values = self.on + (self.late - self.on) * np.minimum(1.0, waited)
         if brisk:
-            fallen = np.clip((waited - 1.0) / _LINGERS, 0.0, 1.0)
-            needed = needed - fallen * np.maximum(0.0, needed - least - _LINGERING)
+            fallen = np.clip((waited - 1.0) / _SLOW_WAITS, 0.0, 1.0)
+            needed = needed - fallen * np.maximum(0.0, needed - least - _SLOW_MARGIN)
         return needed
 
     def tap(self, idle: Values) -> tuple[Values, Values]:
@@ -200,9 +200,9 @@ class Debouncer:
         return self.labels[kind] if kind != NULL else ""
 
     @property
-    def pressed(self) -> bool:
+    def press_likely(self) -> bool:
         """Whether a brisk gesture is likely now, whatever is held."""
-        return bool((self._mean[self._brisk] >= _LIKELY).any())
+        return bool((self._mean[self._brisk] >= _PRESS_LIKELY_PROBABILITY).any())
 
     @property
     def lying(self) -> bool:

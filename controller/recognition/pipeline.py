@@ -198,7 +198,7 @@ class Pipeline:
         """
         self._number = self._number + 1 if number is None else number
         self._preprocessor.learn()  # of the last frame, if `check_health` did not call it
-        self._preprocessor.told = self._held in self._steady and self._debouncer.pressed
+        self._preprocessor.pressed = self._held in self._steady and self._debouncer.press_likely
         prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
         contact = self._touching(prepared)

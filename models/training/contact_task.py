@@ -31,7 +31,7 @@ SEVERAL: Final = ("pinch", "twist_cw", "twist_ccw")  # gestures of several finge
 PARTS: Final = 25  # simulated one by one, the last is held out
 ORBS: Final = 160  # of each part
 EPOCHS: Final = 10
-UNITS: Final = 96  # of both hidden layers
+HIDDEN_UNITS: Final = 96  # of both hidden layers
 BATCH: Final = 2048
 RATE: Final = 3e-3  # the highest learning rate
 DECAY: Final = 1e-3
@@ -82,9 +82,9 @@ def fit(parts: list[Contacts], seed: int, epochs: int, say: Say) -> RadiusNetwor
     wanted = (logs - prior[0]) / prior[1]
     wide = inputs.shape[1]
     net = nn.Sequential(
-        *(nn.Linear(wide, UNITS), nn.ReLU()),
-        *(nn.Linear(UNITS, UNITS), nn.ReLU()),
-        nn.Linear(UNITS, 2),
+        *(nn.Linear(wide, HIDDEN_UNITS), nn.ReLU()),
+        *(nn.Linear(HIDDEN_UNITS, HIDDEN_UNITS), nn.ReLU()),
+        nn.Linear(HIDDEN_UNITS, 2),
     )
     each = max(1, len(inputs) // BATCH)
     course = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)

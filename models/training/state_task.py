@@ -33,7 +33,7 @@ from models.training.request import Request
 PARTS: Final = 71  # simulated one by one, the last is held out
 ORBS: Final = 60  # of each part, trained together
 EPOCHS: Final = 24
-UNITS: Final = 192  # of the hidden layer, and recurrent ones
+HIDDEN_UNITS: Final = 192  # of the hidden layer, and recurrent ones
 CHUNK: Final = 72  # frames that an error is followed back
 RATE: Final = 4e-3  # the highest learning rate
 CLIP: Final = 1.0  # the greatest norm of a gradient
@@ -90,9 +90,9 @@ class RecurrentNetwork(nn.Module):
     def __init__(self, wide: int, labels: int) -> None:
         """Draw the weights for so many inputs, and labels that it says."""
         super().__init__()
-        self.first = nn.Linear(wide, UNITS)
-        self.units = nn.GRU(UNITS, UNITS, batch_first=True)
-        self.out = nn.Linear(2 * UNITS, OUTPUTS + labels)
+        self.first = nn.Linear(wide, HIDDEN_UNITS)
+        self.units = nn.GRU(HIDDEN_UNITS, HIDDEN_UNITS, batch_first=True)
+        self.out = nn.Linear(2 * HIDDEN_UNITS, OUTPUTS + labels)
 
     def forward(self, inputs: Tensor, before: Tensor | None) -> tuple[Tensor, Tensor]:
         """Return the outputs of inputs (orbs, frames, wide), and the units after them."""

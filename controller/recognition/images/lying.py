@@ -6,7 +6,7 @@ none, what they showed is subtracted from all that follow, until it has left. A 
 loses where it was; one that presses deeper gains where it is; pressure changes all taxels alike.
 
 On a noisy sensor a finger's part of a few images cannot be told from noise. While a pinch is held,
-the networks tell of a press there, too: then what lay there some time before is subtracted.
+networks may find a press likely all the same: what lay there some time before is subtracted then.
 """
 
 import math
@@ -20,7 +20,7 @@ from controller.shared.aliases import Change, State
 
 _LANDING_S: Final = 0.1  # a finger that lands is seen after it
 _STEADY_S: Final = 0.2  # of images before that
-_TOLD_S: Final = 0.6  # from their first one, until networks are sure of a press beside them
+_LOOKBACK_S: Final = 0.6  # from the first of them until networks find a press beside it likely
 # Share of what lies by which these may differ, and of a new contact's gain that others may lose
 _UNSTEADY, _LOST = 0.2, 0.4
 _LEFT: Final = 0.4  # share of what lies, with which it has left
@@ -48,17 +48,17 @@ class LyingContact:
         self._share = share
         self._landing = max(2, round(_LANDING_S * rate_hz))
         self._steady = max(1, round(_STEADY_S * rate_hz))
-        self._recent: deque[Change] = deque(maxlen=round(_TOLD_S * rate_hz))  # z - 1, newest last
+        self._recent: deque[Change] = deque(maxlen=round(_LOOKBACK_S * rate_hz))  # z - 1 in order
         self._lies: Change = np.zeros((rows, columns))
         self._since = 0  # images since something began or ended to lie; 0: long ago
 
-    def step(self, image: Image, idle: float, *, told: bool = False) -> bool:
+    def step(self, image: Image, idle: float, *, pressed: bool = False) -> bool:
         """Take the next image; return whether another contact has begun beside what lies.
 
         Args:
             image: z, (rows, columns); a touch lowers it.
             idle: Mean of |z - 1| while nothing touches.
-            told: The networks say that a finger presses beside what lies.
+            pressed: The networks find a press beside it likely.
         """
         if self._share == 0.0:
             return False
@@ -67,10 +67,11 @@ class LyingContact:
         self._since += self._since > 0
         if self._lies.any() and float(self._there(signal)) < _LEFT:
             self._lies, self._since = np.zeros_like(self._lies), 1
-        recent, most = np.array(self._recent), self._landing + self._steady
-        if not told:
-            recent = recent[-most:]
-        if len(recent) < most or not (told or (idle <= _QUIET and self._begins(recent, idle))):
+        most = self._landing + self._steady
+        if len(self._recent) < most or (idle > _QUIET and not pressed):
+            return False
+        recent = np.array(self._recent)[0 if pressed else -most :]
+        if not (pressed or self._begins(recent, idle)):
             return False
         steady = recent[: self._steady]
         self._lies = np.minimum(steady.mean(axis=0), 0.0)

@@ -74,7 +74,7 @@ class Preprocessor:
     needs the result early calls these two in turn.
 
     Attributes:
-        told: The networks say that a finger presses beside what lies, which was answered.
+        pressed: The networks find a press likely beside what lies, which was answered.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class Preprocessor:
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
         self._mend = mend and self._soft
         self._lying = LyingContact(rows, columns, settings.rate_hz, settings.beside)
-        self.told = False
+        self.pressed = False
         self._interpolator = TaxelInterpolator(rows, columns)
         self._responses = ResponseMonitor(rows, columns, settings.rate_hz)
         self._measured: _Measured | None = None  # for `learn`
@@ -275,7 +275,7 @@ class Preprocessor:
         deviation, noise = mean_of(np.abs(image - 1.0)), self._rest.noise
         strength = noise.strength(image)
         quiet = not noise.touched(deviation, strength)
-        begun = self._lying.step(image, noise.idle, told=self.told)
+        begun = self._lying.step(image, noise.idle, pressed=self.pressed)
         added = self._lying.added(image)
         prepared = Prepared(image, True, deviation, quiet, noise.idle, lost, dead, added, begun)
         self._measured = _Measured(values, felt, strength, prepared)

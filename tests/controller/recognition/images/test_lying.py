@@ -92,18 +92,18 @@ def test_none_is_looked_for_unless_the_bundle_says_so() -> None:
     assert off.state() == {}
 
 
-def test_on_a_noisy_sensor_networks_have_to_tell_of_a_finger() -> None:
+def test_on_a_noisy_sensor_a_finger_is_seen_where_networks_find_a_press_likely() -> None:
     beside, rng, noise = stage(), np.random.default_rng(2), 0.06
     idle = noise * float(np.sqrt(2 / np.pi))
     pressing = [LYING[0] + one for one in landing(FINGER)]
     images = [1.0 + one + rng.normal(0.0, noise, one.shape) for one in (*LYING, *pressing)]
     *before, newest = (image.astype(np.float32) for image in images)
     assert not any(beside.step(image, idle) for image in before)
-    assert beside.step(newest, idle, told=True)
+    assert beside.step(newest, idle, pressed=True)
     alone = beside.added(1.0 + pressing[-1]) - 1.0
     assert divmod(int(alone.argmin()), 5) == (3, 3)
     assert abs(alone[1, 1]) < 0.05
 
 
 def test_nothing_is_known_to_lie_in_the_first_images() -> None:
-    assert not stage().step(1.0 + LYING[0], NOISE, told=True)
+    assert not stage().step(1.0 + LYING[0], NOISE, pressed=True)
