@@ -1,5 +1,7 @@
 """Waiting for something that another thread or process does."""
 
+import os
+import signal
 import time
 from collections.abc import Callable
 from typing import Any
@@ -18,3 +20,9 @@ def until(condition: Callable[[], Any], *, passing: tuple[type[Exception], ...] 
             pass
         time.sleep(0.001)
     raise AssertionError("it did not come true")
+
+
+def stop_child(pid: int) -> None:
+    """Stop a child process; return once each of its threads has stopped."""
+    os.kill(pid, signal.SIGSTOP)
+    os.waitpid(pid, os.WUNTRACED)

@@ -19,7 +19,7 @@ from host.injection.backends import Backend, BackendError
 from host.injection.injector import Injector
 from tests.support import SUPPORT
 from tests.support.pytest_types import Patch
-from tests.support.waiting import until
+from tests.support.waiting import stop_child, until
 
 if sys.platform == "win32":
     pytest.skip("Windows has no SIGSTOP", allow_module_level=True)
@@ -80,7 +80,7 @@ def press(injector: Injector, board: Board) -> int:
 
 
 def test_key_goes_up_that_a_hung_watchdog_never_released(injector: Injector, board: Board) -> None:
-    os.kill(press(injector, board), signal.SIGSTOP)
+    stop_child(press(injector, board))
     injector.send([UP])
     assert until(injector.check) == "with every key up: the watchdog has hung"
     assert board.down == set()
@@ -102,7 +102,7 @@ def test_key_goes_up_when_the_program_ends_before_it_has_noticed(
     struck_by: str, released: bool, injector: Injector, board: Board
 ) -> None:
     pid = press(injector, board)
-    os.kill(pid, signal.SIGSTOP)
+    stop_child(pid)
     injector.send([UP] if released else [])
     os.kill(pid, getattr(signal, struck_by))
     injector.close()
@@ -111,7 +111,7 @@ def test_key_goes_up_when_the_program_ends_before_it_has_noticed(
 
 def test_key_goes_up_whose_press_may_not_have_been_made(injector: Injector, board: Board) -> None:
     assert injector.process is not None
-    os.kill(injector.process.pid, signal.SIGSTOP)
+    stop_child(injector.process.pid)
     injector.send([Stroke("shift", True), DOWN])
     os.kill(injector.process.pid, signal.SIGKILL)
     until(injector.check)
@@ -189,7 +189,7 @@ def test_release_cut_short_is_redone(injector: Injector, board: Board, monkeypat
 
 def test_full_pipe_of_a_hung_watchdog_does_not_block(injector: Injector, board: Board) -> None:
     assert injector.process is not None
-    os.kill(injector.process.pid, signal.SIGSTOP)
+    stop_child(injector.process.pid)
     injector.send([DOWN, UP] * 5000)
     assert injector.check() == "with every key up: the watchdog has hung"
 
@@ -198,7 +198,7 @@ def test_watchdog_that_wakes_in_time_makes_no_late_press(injector: Injector, boa
     now = [time.monotonic_ns() // 1_000_000]
     injector._clock = lambda: now[0]
     assert injector.process is not None
-    os.kill(injector.process.pid, signal.SIGSTOP)
+    stop_child(injector.process.pid)
     now[0] -= 300
     injector.send([DOWN])  # as old as if it had waited in the pipe
     now[0] += 300

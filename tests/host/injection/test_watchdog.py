@@ -1,8 +1,6 @@
 """The watchdog: by itself on a clock of our own, and as a process that is killed, or left alone."""
 
-import os
 import queue
-import signal
 import subprocess
 import sys
 import time
@@ -19,7 +17,7 @@ from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector, PrintingSender
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
-from tests.support.waiting import until
+from tests.support.waiting import stop_child, until
 
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 
@@ -177,7 +175,7 @@ def test_watchdog_that_does_not_answer_is_ended(paper: Path) -> None:
     injector.start()
     process = injector.process
     assert process is not None
-    os.kill(process.pid, signal.SIGSTOP)
+    stop_child(process.pid)
     for now[0] in range(0, 50 + MUTE_MS, 10):
         assert injector.check() == ""
     now[0] = 50 + MUTE_MS
