@@ -3,7 +3,7 @@
 import html
 import logging
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, Union
@@ -16,7 +16,7 @@ from controller.adapt.examples import guess_symmetries
 from controller.bundles import bundle as bundles
 from controller.bundles import container
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.pipeline import Pipeline
+from controller.recognition.pipeline import Pipeline, Step
 from controller.recordings.recording import Recording as Source
 from controller.shared.errors import UserError, count
 from controller.shared.files import atomic_write
@@ -28,7 +28,7 @@ from orbtouch.recordings import Given, Recording, several, single
 from orbtouch.results import Evaluation, evaluation_of, html_table
 
 log = logging.getLogger("orbtouch")
-SURE = 0.9  # mean probability in a touch, from which the network names an unlabelled example
+SURE = 0.95  # share of all gestures' in a touch, from which the network names an unlabelled example
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,9 +148,6 @@ class Network:
         Every stage is the device's own; the baseline is found in the recording's first second.
         Error if the recording is of another sensor, rate or unit.
         """
-        source = self._fitting(recording)
-        pipeline = Pipeline(self._bundle.settings, Recognizer(self._bundle), self._bundle.mapping)
-        steps = (pipeline.step(*one) for one in zip(source.frames, source.t.tolist(), strict=True))
         return [
             Command(
                 step.t_s,
@@ -159,7 +156,7 @@ class Network:
                 step.command.probability if step.command else float(step.probabilities.max()),
                 step.touch,
             )
-            for step in steps
+            for step in self._steps(recording)
             if step.gesture is not None
         ]
 
@@ -169,10 +166,7 @@ class Network:
 
         Error if the recording is of another sensor, rate or unit.
         """
-        source = self._fitting(recording)
-        inputs = replay.network_inputs(source.frames, self._bundle.preprocess)
-        outputs = replay.Batched(self._bundle).probabilities(inputs.windows)
-        return replay.spread(outputs, inputs, len(source.frames), len(self.classes))[1]
+        return np.array([step.probabilities for step in self._steps(recording)], dtype=np.float32)
 
     @checks.sentences()
     def evaluate(self, recordings: Given | Iterable[Given]) -> Evaluation:
@@ -248,11 +242,11 @@ class Network:
         That is what its recording labels it, else what the network surely takes it for.
         """
         touched = shares[one._span, 1:][shares[one._span, 0] < 0.5]
-        mean = touched.mean(axis=0) if len(touched) else np.zeros(len(self.classes) - 1)
-        taken = self.classes[1 + int(mean.argmax())] if len(touched) else ""
+        total = touched.sum(axis=0)
+        taken = self.classes[1 + int(total.argmax())] if len(touched) else ""
         named = Counter(one.labels.tolist()).most_common(1)[0][0]
         by = "its recording labels it"
-        if not named and label not in self.classes and mean.max() >= SURE:
+        if not named and label not in self.classes and total.max() >= SURE * total.sum():
             named, by = taken, "the network takes it for"
         if named not in ("", label) and not anyway:
             raise UserError(
@@ -275,6 +269,13 @@ class Network:
         for name, data in parts.items():
             atomic_write(folder / name, data)
         return [folder / name for name in parts]
+
+    def _steps(self, recording: Given) -> Iterator[Step]:
+        """Yield what the device makes of each frame; Error if the recording does not fit."""
+        source = self._fitting(recording)
+        pipeline = Pipeline(self._bundle.settings, Recognizer(self._bundle), self._bundle.mapping)
+        for frame, t_s in zip(source.frames, source.t.tolist(), strict=True):
+            yield pipeline.step(frame, t_s)
 
     def _fitting(self, recording: Given) -> Source:
         """Return the recording of the implementation; Error if it is not of this sensor."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
+from controller.bundles.inference.networks import Recognizer
 from controller.recognition.debounce import NULL
 from controller.recordings import reader
 from controller.recordings.recording import Recording
@@ -20,7 +21,7 @@ from models.data.load import Data
 from models.data.splits import Split
 from models.evaluation import bootstrap, scores
 from models.evaluation.event_counts import Counts, Tally, tally
-from models.evaluation.replay import Batched, debounced_stream, network_inputs, run
+from models.evaluation.replay import run
 from models.results import verdict
 from models.results.evaluation import Calibration, ClassFigures, LocationFigures, Result, Row
 from models.results.verdict import REASONS
@@ -43,7 +44,7 @@ def evaluate(
         choice: Source of the labels that count.
         left_out: Takes a sentence for each recording that cannot be judged; None: none may be.
     """
-    networks, labels = Batched(bundle), bundle.labels
+    networks, labels = Recognizer(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
         try:
@@ -187,7 +188,7 @@ def replay_held_out(
     answers only where the probability rises high enough, and soon enough. Row and column 0 are
     nothing. Recordings with gestures that the bundle does not answer are left out.
     """
-    networks, labels = Batched(loaded), loaded.labels
+    networks, labels = Recognizer(loaded), loaded.labels
     answered = np.zeros((len(labels), len(labels)), dtype=np.int64)
     unanswered = np.zeros((len(labels), len(REASONS)), dtype=np.int64)
     for number, recording in _held(data, split):
@@ -195,9 +196,7 @@ def replay_held_out(
         if any(count for label, count in row.examples.items() if label not in labels):
             continue
         truth = GroundTruth.of(recording, labels, row.path, cast(Choice, row.labeller))
-        inputs = network_inputs(recording.frames, loaded.preprocess)
-        outputs = networks.probabilities(inputs.windows)
-        found = tally(debounced_stream(truth, inputs, outputs, labels, loaded.debounce), labels)
+        found = tally(run(loaded, networks, recording, truth), labels)
         answered += found.answered
         unanswered += found.unanswered
     return _total([answered]), _total([unanswered])

@@ -1,8 +1,4 @@
-"""Replay of recordings through a bundle, with its networks run on many windows at once.
-
-The stages are the device's own. The networks' outputs for all windows of a session are computed
-first; then the device's `Pipeline` runs with these outputs in place of the networks.
-"""
+"""Replay of recordings through a bundle's pipeline, or through one network and the debouncer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
-from controller.bundles.inference import onnxruntime_engine
 from controller.bundles.inference.networks import gestures_of
 from controller.recognition.debounce import NULL, DebounceSettings
 from controller.recognition.debounced_stream import fire, smooth
-from controller.recognition.images.frames import Frame, Image, PreprocessSettings, Window
+from controller.recognition.images.frames import Frame, PreprocessSettings, Window
 from controller.recognition.images.preprocess import Preprocessor
-from controller.recognition.pipeline import Networks, Pipeline, Touch
+from controller.recognition.pipeline import Networks, Pipeline
 from controller.recognition.touch_position import ContactLevel
 from controller.recordings.recording import PICOFARAD, Recording, RecordingError, refuse_misfit
 from controller.shared.aliases import Windows
@@ -57,52 +52,28 @@ class Stream:
     answers: tuple[Answer, ...]  # gestures that fired, in order
 
 
-class Batched:
-    """The networks of a bundle, run in batches."""
-
-    def __init__(self, bundle: Bundle) -> None:
-        self._touch, self._strength = bundle.touch, bundle.strength
-        self._gesture = gestures_of(bundle)
-        self._location = (
-            onnxruntime_engine.network(bundle.location_onnx) if bundle.locates else None
-        )
-
-    def probabilities(self, windows: Windows) -> NDArray[np.float32]:
-        """Return the probability of each class, (windows, classes)."""
-        return _outputs(self._gesture, scaled(windows, self._strength))
-
-    def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
-        """Return touch positions in images, (images, 2); None if the bundle has no positions."""
-        inputs, corners = self._touch.of(images)
-        return None if self._location is None else _outputs(self._location, inputs) + corners
-
-
-def run(bundle: Bundle, networks: Batched, recording: Recording, truth: GroundTruth) -> Stream:
-    """Replay a recording through a bundle's stages; raise RecordingError if it does not fit."""
+def run(bundle: Bundle, networks: Networks, recording: Recording, truth: GroundTruth) -> Stream:
+    """Replay a recording as on the device; raise RecordingError if it does not fit."""
     refuse(recording, bundle)
+    pipeline = Pipeline(bundle.settings, networks, bundle.mapping)
+    steps = [pipeline.step(*one) for one in zip(recording.frames, truth.t.tolist(), strict=True)]
     inputs = network_inputs(recording.frames, bundle.preprocess)
-    outputs = networks.probabilities(inputs.windows)
-    computed = _ComputedOutputs(outputs)
-    pipeline = Pipeline(bundle.settings, computed, bundle.mapping)
-    fired = []
-    sigmas = np.full(len(truth.t), np.nan)
-    for frame, t_s in zip(recording.frames, truth.t.tolist(), strict=True):
-        step = pipeline.step(frame, t_s)
-        sigmas[computed.frame] = np.nan if step.sigma is None else step.sigma
-        computed.frame += 1
-        if step.gesture is not None:
-            fired.append(Answer(t_s, step.gesture))
-    touches = np.full((len(truth.t), 2), np.nan)
-    if computed.images and (places := networks.touches(np.stack(computed.images))) is not None:
-        touches[computed.touched] = places
+    windows = np.array([step.probabilities for step in steps], dtype=np.float32)[inputs.last]
     return Stream(
         truth,
-        *spread(outputs, inputs, len(truth.t), len(bundle.labels)),
+        *spread(windows, inputs, len(truth.t), len(bundle.labels)),
         inputs.levels,
-        touches,
-        sigmas,
-        tuple(fired),
+        np.array([step.touch or _NOWHERE for step in steps]),
+        np.array([np.nan if step.sigma is None else step.sigma for step in steps]),
+        tuple(Answer(step.t_s, step.gesture) for step in steps if step.gesture is not None),
     )
+
+
+def probabilities(bundle: Bundle, windows: Windows) -> NDArray[np.float32]:
+    """Return the probability of each class by CNN-3D alone, (windows, classes)."""
+    network, seen = gestures_of(bundle), scaled(windows, bundle.strength)
+    parts = [network(seen[i : i + BATCH]) for i in range(0, len(seen) or 1, BATCH)]
+    return np.concatenate(parts)
 
 
 def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
@@ -167,31 +138,3 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
             f"the recording is in {origin.unit}, the bundle wants {PICOFARAD} lowered by touch; "
             "choose another with --bundle"
         )
-
-
-class _ComputedOutputs(Networks):
-    """Networks of a pipeline whose outputs, (windows, classes), are computed already."""
-
-    def __init__(self, outputs: NDArray[np.float32]) -> None:
-        self._outputs = iter(outputs)
-        self.frame = 0
-        self.touched: list[int] = []  # frames with a touch
-        self.images: list[Image] = []  # and their images
-
-    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        """Return the output for the next window, (classes,)."""
-        return next(self._outputs)
-
-    def touch(self, image: Image) -> Touch | None:
-        """Keep the image, whose position is computed later; until then it is nowhere."""
-        self.touched.append(self.frame)
-        self.images.append(image)
-        return _NOWHERE
-
-
-def _outputs(
-    network: onnxruntime_engine.Network, inputs: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Return a network's outputs, (inputs, values), computed in batches."""
-    parts = [network(inputs[i : i + BATCH]) for i in range(0, len(inputs) or 1, BATCH)]
-    return np.concatenate(parts)

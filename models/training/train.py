@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
 from controller.recordings.recording import software
 from controller.shared.aliases import Say
 from controller.shared.errors import count
@@ -16,7 +17,6 @@ from models.data import load
 from models.data.examples import read_training, refuse_test_seed
 from models.data.ground_truth import GroundTruth
 from models.evaluation import replay, scores, tune
-from models.evaluation.replay import Batched
 from models.results import storage
 from models.results.evaluation import Tuning
 from models.results.training import Training, UserResult
@@ -86,7 +86,7 @@ def choose_thresholds(request: Request, say: Say) -> Tuning:
     recordings = read_training(request.paths)  # seeds that are for tests are refused
     for note in recordings.notes:
         say(note)
-    networks, streams = Batched(loaded), []
+    networks, streams = Recognizer(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         name = survey.path.stem
         truth = GroundTruth.of(recording, loaded.labels, name, request.labels)

@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.idle [--hours N] [--bundle FILE] [--json]
 
-Each hour is a session of its own, of another orb that drifts: the device's own stages, with the
-networks run on many windows at once. The upper bound is that of 95 %, by Poisson's law.
+Each hour is a session of its own, of another orb that drifts. The upper bound is that of 95 %, by
+Poisson's law.
 """
 
 from pathlib import Path
@@ -13,10 +13,10 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.recognition.debounced_stream import fire, smooth
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.pipeline import Pipeline
 from controller.simulator.hand.performance import SLOTS
 from controller.simulator.orb import PRESETS, OrbSimulator, preset
-from models.evaluation.replay import Batched, network_inputs
 
 from .results import Results, command_line, say
 
@@ -25,19 +25,17 @@ MINUTES: Final = 6  # computed at once
 _LN_20: Final = float(np.log(20.0))
 
 
-def answers(loaded: Bundle, networks: Batched, name: str, hour: int) -> int:
+def answers(loaded: Bundle, name: str, hour: int) -> int:
     """Return how many gestures fire in an hour without any touch."""
     seeds = np.random.SeedSequence([SEED, hour])
     simulator = OrbSimulator(seeds, loaded.rate_hz, model=preset(name))
     steps = simulator.steps_per_frame * round(MINUTES * 60 * loaded.rate_hz)
-    found = 0
+    pipeline, found = Pipeline(loaded.settings, Recognizer(loaded), loaded.mapping), 0
     for _ in range(60 // MINUTES):
         hand = np.zeros((steps, SLOTS), dtype=np.complex128)
         frames = simulator.advance(hand, np.zeros(hand.shape), np.full(hand.shape, 7.0))
-        inputs = network_inputs(np.asarray(frames, dtype=np.float32), loaded.preprocess)
-        weights = loaded.debounce.weight(inputs.idle)
-        means = smooth(networks.probabilities(inputs.windows), weights)
-        found += len(fire(means, loaded.debounce, loaded.rate_hz, loaded.labels, idle=inputs.idle))
+        for frame in np.asarray(frames, dtype=np.float32):
+            found += pipeline.step(frame, 0.0).gesture is not None
     return found
 
 
@@ -46,11 +44,11 @@ def main() -> None:
     parser = command_line(__doc__, hours=24, bundle=bundles.default_path())
     arguments = parser.parse_args()
     loaded = bundles.read(Path(arguments.bundle))
-    networks, results = Batched(loaded), Results("idle")
+    results = Results("idle")
     for name in PRESETS:
         total = 0
         for hour in range(arguments.hours):
-            total += answers(loaded, networks, name, hour)
+            total += answers(loaded, name, hour)
             say(f"{name}: {total} in {hour + 1} of {arguments.hours} hours")
         most = _LN_20 if not total else total + 1.64 * np.sqrt(total) + 1.35
         results.note(

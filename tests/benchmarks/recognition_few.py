@@ -29,6 +29,7 @@ from controller.adapt import few_shot
 from controller.adapt.examples import touched
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
+from controller.bundles.inference.networks import Recognizer
 from controller.recognition.images.preprocess import Preprocessor
 from controller.recordings.recording import Recording
 from controller.shared.event_metric import attach
@@ -37,7 +38,7 @@ from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import Batched, Stream, debounced_stream, network_inputs
+from models.evaluation.replay import Stream, run
 from models.results.evaluation import Figure
 
 from .results import BENCHMARK_SEED, Results, command_line, figure_row
@@ -134,13 +135,9 @@ def _person(
     lesson = _data(loaded, preset, (label,), TEACHING_MIN).session(user, 0)
     judged = _data(loaded, preset, labels[1:], size.minutes).session(user, 1)
     known = GroundTruth.of(judged, labels, f"{label} {user + 1}")
-    inputs = network_inputs(judged.frames, loaded.preprocess)
 
     def count(bundle: Bundle) -> Counted:
-        answers = Batched(bundle).probabilities(inputs.windows)
-        more = np.zeros((len(answers), len(labels) - answers.shape[1]), dtype=np.float32)
-        answers = np.concatenate([answers, more], axis=1)
-        stream = debounced_stream(known, inputs, answers, labels, bundle.debounce)
+        stream = run(bundle, Recognizer(bundle), judged, known)
         return tally(stream, labels), _second(stream, label)
 
     before = count(loaded)

@@ -22,6 +22,7 @@ from controller import adapt
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.head import EVERYBODY
+from controller.bundles.inference.networks import Recognizer
 from controller.recordings.recording import Recording
 from controller.simulator.hand.user_style import UserStyle
 from controller.simulator.orb import PRESETS
@@ -29,7 +30,7 @@ from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import Batched, debounced_stream, network_inputs
+from models.evaluation.replay import run
 from models.results.evaluation import Figure
 
 from .recognition_few import alarms, examples, f1, taught_bundle
@@ -130,11 +131,7 @@ def _recall(counted: Tally) -> list[float]:
 
 def _count(bundle: Bundle, recording: Recording) -> Tally:
     known = GroundTruth.of(recording, bundle.labels, "own")
-    inputs = network_inputs(recording.frames, bundle.preprocess)
-    answers = Batched(bundle).probabilities(inputs.windows)
-    return tally(
-        debounced_stream(known, inputs, answers, bundle.labels, bundle.debounce), bundle.labels
-    )
+    return tally(run(bundle, Recognizer(bundle), recording, known), bundle.labels)
 
 
 def _taught(path: Path, shown: list[adapt.Example]) -> Bundle:

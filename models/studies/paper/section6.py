@@ -27,7 +27,7 @@ from controller.simulator.session import TEST_SEEDS, simulate
 from models.data.examples import PEOPLE_SOURCES, column, labellers, renumbered, run_starts
 from models.data.ground_truth import GroundTruth
 from models.evaluation import bootstrap, scores
-from models.evaluation.replay import Batched, network_inputs, refuse
+from models.evaluation.replay import network_inputs, probabilities, refuse
 
 BINS: Final = 25  # paper, section 6
 PAPER_FRAMES: Final = 34_795
@@ -209,14 +209,14 @@ class Answers:
 
 def answers(bundle: Bundle, recordings: Iterable[Recording]) -> Answers:
     """Return a bundle's answers to recordings of its sensor; ValueError for any other."""
-    networks, parts = Batched(bundle), []
+    parts = []
     for number, recording in enumerate(recordings):
         refuse(recording, bundle)
         truth = GroundTruth.of(recording, bundle.labels, f"recording {number + 1}")
         inputs = network_inputs(recording.frames, bundle.preprocess)
         known = (truth.label != UNKNOWN) & ~truth.excluded
         use = known[inputs.last]
-        log_p = _log(networks.probabilities(inputs.windows[use]).astype(np.float64))
+        log_p = _log(probabilities(bundle, inputs.windows[use]).astype(np.float64))
         frame = inputs.last[use]
         parts.append((log_p, truth.label[frame], np.full(len(frame), number), frame))
     log_p, y, session, frame = (np.concatenate(column) for column in zip(*parts, strict=True))

@@ -86,7 +86,7 @@ def found() -> Tuning:
 
 
 def _streams() -> list[replay.Stream]:
-    networks = replay.Batched(SHIPPED)
+    networks = Recognizer(SHIPPED)
     recordings = [played(preset, seed=2) for preset in ("nominal", "paper-snr")]
     return [replay.run(SHIPPED, networks, r, GroundTruth.of(r, LABELS, "it")) for r in recordings]
 
@@ -111,7 +111,7 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
 def test_streams_without_gestures_are_refused() -> None:
     idle = of(np.full((30, 5, 5), 40.0), label=[0] * 30)
     known = GroundTruth.of(idle, LABELS, "it")
-    stream = replay.run(SHIPPED, replay.Batched(SHIPPED), idle, known)
+    stream = replay.run(SHIPPED, Recognizer(SHIPPED), idle, known)
     with pytest.raises(ValueError, match="no gestures"):
         tune(LABELS, DebounceSettings(), [stream])
 

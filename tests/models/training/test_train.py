@@ -22,7 +22,6 @@ from controller.simulator.hand import gesture_file
 from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
-from models.evaluation.replay import Batched
 from models.results import training
 from models.training import loop
 
@@ -131,7 +130,6 @@ def test_on_a_large_grid_positions_are_found_in_a_crop_at_any_strength(tmp_path:
     device = Recognizer(loaded)  # replays the golden vectors
     images = loaded.golden.images
     places = np.array([device.touch(image) for image in images])
-    np.testing.assert_allclose(np.array(Batched(loaded).touches(images)), places, atol=1e-5)
     faint = np.array([device.touch(0.5 + 0.5 * image) for image in images])
     np.testing.assert_allclose(faint, places, atol=1e-3)
     assert (places.min(axis=0) >= -0.5).all()
