@@ -213,12 +213,15 @@ def _rest(
 def _sign(frames: NDArray[Any], null: NDArray[np.bool_], rest: NDArray[np.float32] | None) -> int:
     """Return 1 if touches raise frames, (n, rows, columns), -1 if they lower them.
 
-    The level at rest is `rest`, the median of frames labelled "null", (n,), or that of all.
+    The level at rest is `rest`, the median of frames labelled "null", (n,), or that of all. A touch
+    on few taxels is seen among them, one on a noisy sensor in their means.
     """
     chosen = np.unique(np.linspace(0, len(frames) - 1, SAMPLED).astype(np.int64))
     taken, null = frames[chosen].astype(np.float64), null[chosen]
     level = np.median(taken[null] if null.any() else taken, axis=0) if rest is None else rest
-    return SIGNS["rises"] if tone(taken - level) > 0.0 else SIGNS["falls"]
+    change = taken - level
+    tones = tone(change), tone(change.mean(axis=(1, 2)))
+    return SIGNS["rises"] if max(tones, key=abs) > 0.0 else SIGNS["falls"]
 
 
 def _marks(

@@ -115,6 +115,14 @@ def test_windows_are_those_of_the_device_with_what_was_found() -> None:
     assert pushed(-1.0).windows().sign == -1
 
 
+@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
+@pytest.mark.parametrize("gesture", ["press", "pinch", "twist_cw"])
+def test_it_is_found_out_that_a_touch_lowers_an_orbs_readings(preset: str, gesture: str) -> None:
+    orb = orbtouch.simulate(minutes=0.5, preset=preset, gestures=(gesture,), seed=2)
+    bare = orbtouch.Recording.from_arrays(orb.frames, rate_hz=40)
+    assert orbtouch.load_network().run(bare)
+
+
 def test_windows_of_an_orb_are_what_its_network_sees() -> None:
     session = orbtouch.simulate(minutes=0.3, seed=3)
     made, network = session.windows(), orbtouch.load_network()
