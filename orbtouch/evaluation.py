@@ -92,7 +92,9 @@ def evaluate(
     names = [columns[place] for place in null_first(columns)]
     if odd := {name for one in given for name in one.labels.tolist()} - {"", *names}:
         raise UserError(f"a recording has the gesture {min(odd)!r}, which classes lack; add it")
-    thresholds = None if debounce is None else network_of(debounce, "debounce")._bundle.debounce
+    thresholds: DebounceSettings | None = None
+    if debounce is not None:
+        thresholds = network_of(debounce, "debounce")._bundle.debounce.of(names)
     tallies = {}
     for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
         learned = [one for one, out in zip(given, held, strict=True) if out != learns]

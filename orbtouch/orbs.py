@@ -257,7 +257,7 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
         path: File to make, NAME.npz.
         duration: Time of the last frame, seconds, more than 1; frame k has the time k / rate.
         options: sensor="orb", user="ada", session="1" and label="press", as of `controller`, and
-            those of `connect`; by default a virtual orb without touches.
+            those of `connect`; by default a virtual orb whose simulated hand shows every gesture.
 
     Raises:
         Error: The sensor cannot be read, there is no such option, or the file is there already;
@@ -265,6 +265,8 @@ def record(path: Path | str, duration: float, **options: Option) -> Recording:
     """
     checks.number(duration, "duration", 1.0, math.inf)
     path = checks.path(path)
+    if path.is_dir():
+        raise UserError(f"{path} is a folder; name a file to make, NAME.npz")
     command = [sys.executable, "-m", "controller", "--record", str(path), "--link", "-"]
     command += ["--seconds", f"{duration:g}", *_words(options, (*_VIRTUAL, *_SENSOR))]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

@@ -66,8 +66,8 @@ class Recording:
 
         Args:
             frames: Finite readings, (n, rows, columns); row 0 is the player's far side.
-            t: Rising time of each frame, (n,), seconds; None: frames come at `rate_hz`. The
-                recording's own begin at 0.
+            t: Rising time of each frame, (n,), seconds, counted from the first in the recording;
+                None: frame k, from 1, ends at k / `rate_hz`.
             rate_hz: Frames per second, 1 to 10,000; None: frames over time.
             labels: Name of the gesture in each frame, (n,), "null" for none, "" for unknown.
             unit: Of the frames; "pF" is divided by rest, of others rest is subtracted.

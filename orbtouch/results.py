@@ -50,7 +50,8 @@ def html_table(rows: Mapping[str, object], head: str = "") -> str:
 class Figures:
     """Figures; each has `value`, and `low` and `high`, the bounds of `interval`.
 
-    `float(figure)` is its value; bounds of a single recording are not known.
+    `float(figure)` is its value. Bounds of a single recording are known only if it has
+    no failure.
 
     Attributes:
         sessions: Number of recordings.

@@ -36,7 +36,7 @@ debouncing filter (section 5) without describing it.
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -114,6 +114,17 @@ class DebounceSettings:
     awaited: tuple[str, ...] = ()
     patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     eager: tuple[str, ...] = ()
+
+    def of(self, labels: Sequence[str]) -> "DebounceSettings":
+        """Return the settings for a network of these labels, without what they say of others."""
+
+        def own(named: Sequence[str]) -> tuple[str, ...]:
+            return tuple(label for label in named if label in labels)
+
+        awaited, eager = own(self.awaited), own(self.eager)
+        patient = own(self.patient) if awaited else ()
+        brisk, slow = own(self.brisk), own(self.slow)
+        return replace(self, brisk=brisk, slow=slow, patient=patient, awaited=awaited, eager=eager)
 
     def weight(self, idle: Values) -> Values:
         """Return the weight of the newest probabilities, that of each frame for an array.

@@ -15,6 +15,7 @@ from controller.recognition.images.scale import SIGNS
 from controller.recordings import tables
 from controller.recordings.description import ALONE, TIME_UNITS, Description
 from controller.recordings.recording import (
+    PICOFARAD,
     UNKNOWN,
     Mark,
     Provenance,
@@ -24,6 +25,7 @@ from controller.recordings.recording import (
     software,
     unlabelled,
 )
+from controller.recordings.writer import check_names
 from controller.shared import npz
 from controller.shared.cues import NULL_LABEL
 from controller.shared.errors import reason
@@ -33,6 +35,7 @@ MAX_BYTES: Final = 1 << 30  # of a file of arrays and of what it unpacks to
 SAMPLED: Final = 2_000  # frames from which the sign is found out
 _POSSIBLE_HZ: Final = (1.0, 10_000.0)  # frames per second; beyond, times are in another unit
 _USUAL_HZ: Final = (5.0, 500.0)
+_NEGATIVE: Final = 0.25  # share of readings in pF that may be 0 or below: leads are off
 _DIGITS: Final = 2  # of a user's or session's number
 
 
@@ -68,10 +71,11 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
         sign = _sign(frames, column == 0, None if description.rest == description.frames else rest)
     groups = list(_groups(arrays, description, count))
     rate_hz = description.rate_hz
-    if times is not None and len(times) > 1:
+    if times is not None and (len(times) > 1 or not rate_hz):
         measured_hz = _rate(times, [rows for _, _, rows in groups], description)
         rate_hz = rate_hz or measured_hz
     for user, session, chosen in groups:
+        check_names(user, session)
         rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         with np.errstate(over="ignore"):  # what is no number is refused later, in a sentence
             taken = frames[rows].astype(np.float32)
@@ -126,6 +130,11 @@ def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
         raise RecordingError(
             f"the array {description.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
             "(n, rows, columns); give rows and columns if it is flat"
+        )
+    if description.unit == PICOFARAD and (share := float((frames <= 0).mean())) > _NEGATIVE:
+        raise RecordingError(
+            f"of the readings in {description.frames!r} {share:.0%} are 0 or below, and "
+            f"{PICOFARAD} are divided by the untouched sensor's; give another unit, such as counts"
         )
     return frames
 

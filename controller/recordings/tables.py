@@ -1,6 +1,7 @@
 """Arrays of a table: CSV with a line for each frame, and a column for each taxel."""
 
 import csv
+import re
 from collections import Counter
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,12 +18,14 @@ from controller.shared.errors import reason
 MAX_BYTES: Final = 64 << 20  # of a table; in memory it takes ten times as much
 _DELIMITERS: Final = ",;\t"
 _ANY: Final = "*?["  # in `frames`
+_NUMBER: Final = re.compile(r"\d+")  # in the name of a column
 
 
 def read(path: Path, description: Description) -> dict[str, NDArray[Any]]:
     """Return the described columns of a table as arrays; RecordingError with its line if unfit.
 
-    Texts of the label column are numbered, and their names are the array LABEL_names.
+    Texts of the label column are numbered, and their names are the array LABEL_names; empty ones
+    are unknown, -1.
     """
     try:
         lines = files.read_text(path, MAX_BYTES).rstrip().splitlines()
@@ -67,7 +70,9 @@ class _Table:
                 found[name] = self._numbers(name)
             elif name == told.label and isinstance(told.label_names, str):
                 words = np.char.replace(cells, " ", "_")
-                found[told.label_names], found[name] = np.unique(words, return_inverse=True)
+                names, numbers = np.unique(words, return_inverse=True)
+                unknown = int(names[0] == "")  # which sorts first
+                found[told.label_names], found[name] = names[unknown:], numbers - unknown
             elif name != told.marks and all(cell.lstrip("-").isdecimal() for cell in cells):
                 found[name] = cells.astype(np.int64)
             else:
@@ -75,8 +80,13 @@ class _Table:
         return found
 
     def _frames(self, pattern: str) -> NDArray[np.float64]:
-        """Return the columns whose names match a pattern, in order, (n, taxels)."""
+        """Return the columns whose names match a pattern, (n, taxels), in order of their numbers.
+
+        Names that differ by more than numbers are in the order of the table.
+        """
         named = [name for name in self._cells if fnmatchcase(name, pattern)]
+        if len({_NUMBER.sub("", name) for name in named}) == 1:
+            named.sort(key=lambda name: [int(number) for number in _NUMBER.findall(name)])
         if not named or not set(pattern) & set(_ANY):
             raise RecordingError(
                 f"{self._path} has {len(named)} columns like frames = {pattern!r}; expected is a "

@@ -120,14 +120,19 @@ def _truth(truth: SimulatedTruth) -> npz.Arrays:
 # --- names ----------------------------------------------------------------------------------------
 
 
-def next_free(folder: Path, user: str, session: str) -> Path:
-    """Return the file of the next run; RecordingError if names are not of letters and digits."""
+def check_names(user: str, session: str) -> None:
+    """Raise RecordingError if names are not of letters and digits."""
     for what, name in (("user", user), ("session", session)):
         if not (name.isascii() and name.isalnum() and len(name) <= LONGEST):
             raise RecordingError(
                 f"the {what} {name!r} names files, so it must be 1 to {LONGEST} letters (a to z) "
                 "and digits; choose another"
             )
+
+
+def next_free(folder: Path, user: str, session: str) -> Path:
+    """Return the file of the next run; RecordingError if names are not of letters and digits."""
+    check_names(user, session)
     stem = f"sub-{user}_ses-{session}_run-"
     runs = [0]
     for path in folder.iterdir() if folder.is_dir() else ():

@@ -37,6 +37,8 @@ def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
     """Return hits of how many, (sessions,) each, such as the events that were recognised."""
     hits, of = np.asarray(right, dtype=np.float64), np.asarray(total, dtype=np.float64)
     value, silent = ratio(hits.sum(), of.sum()), ratio(_SILENT, of.sum())
+    if not of.any():
+        return Figure(value, value, value)
     if (hits == of).all():
         return Figure(value, max(0.0, 1.0 - silent), value)
     if not hits.any():

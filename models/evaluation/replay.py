@@ -135,6 +135,6 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
     origin = recording.origin
     if bundle.preprocess.normalise == "ratio" and not origin.signal.ratio:
         raise RecordingError(
-            f"the recording is in {origin.unit}, the bundle wants {PICOFARAD} lowered by touch; "
-            "choose another with --bundle"
+            f"the recording is in {origin.unit}, {'raised' if origin.sign > 0 else 'lowered'} by "
+            f"touch, the bundle wants {PICOFARAD} lowered by touch; choose another with --bundle"
         )

@@ -73,6 +73,15 @@ def test_a_callable_that_always_answers_null_misses_everything(
     assert float(made.false_alarms_per_min) == 0.0
 
 
+def test_a_networks_debouncer_judges_a_callable_of_other_classes() -> None:
+    taps = orbtouch.simulate(minutes=0.3, gestures=("press",), rate_hz=10.0)
+    shipped = orbtouch.load_network("models/orbtouch-10hz.orb")
+    made = orbtouch.evaluate(
+        certain(1, columns=2), taps, classes=("null", "press"), debounce=shipped
+    )
+    assert made.classes == ("null", "press")
+
+
 def broken(some: Windows) -> NDArray[np.float64]:
     raise KeyError("no such layer")
 

@@ -135,5 +135,7 @@ def test_a_sensor_is_recorded(tmp_path: Path) -> None:
         orbtouch.record(tmp_path / "own.npz", 2.0)
     with pytest.raises(orbtouch.Error, match=r"^duration = 0\.5; expected is a number 1 or more$"):
         orbtouch.record(tmp_path / "short.npz", 0.5)
+    with pytest.raises(orbtouch.Error, match="is a folder; name a file to make"):
+        orbtouch.record(tmp_path, 2.0)
     with pytest.raises(orbtouch.Error, match="nothing was recorded in 1 s; a second or more is"):
         orbtouch.record(tmp_path / "short.npz", 1.0)

@@ -60,6 +60,9 @@ def test_arrays_become_a_recording() -> None:
         ({"pitch_mm": 0}, "pitch_mm = 0; expected is a number from 0.001"),
         ({"sign": 1}, "sign = 1; expected is one of 'falls', 'rises', ''"),
         ({"user": 3}, "the recording has user = 3; expected is a text"),
+        ({"user": "a b"}, "the user 'a b' names files, so it must be 1 to"),
+        ({"session": "a/b"}, "the session 'a/b' names files"),
+        ({"frames": np.zeros((4, 2, 2))}, "100% are 0 or below, and pF are divided by"),
     ],
 )
 def test_unfit_arrays_are_refused_in_a_sentence(given: dict[str, Any], problem: str) -> None:

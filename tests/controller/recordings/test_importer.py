@@ -106,7 +106,7 @@ def test_sessions_of_a_person_are_told_apart_by_arrays() -> None:
 def test_flat_frames_get_the_shape_that_is_told() -> None:
     text = 'frames = "x"\npitch_mm = 8\nrate_hz = 50\nrows = 2\ncolumns = 4\n'
     [made] = importer.recordings(
-        {"x": np.zeros((5, 8))}, config.settings(Description, tomllib.loads(text))
+        {"x": np.ones((5, 8))}, config.settings(Description, tomllib.loads(text))
     )
     assert made.frames.shape == (5, 2, 4)
     assert made.origin.labels == ("null",)

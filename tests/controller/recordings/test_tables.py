@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,3 +76,30 @@ def test_an_unfit_table_is_refused_with_its_place(
 def test_a_table_without_frames_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(RecordingError, match="no line under its header"):
         importer.read(written(tmp_path, text), TOLD)
+
+
+def test_taxels_are_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    lines = ["t,r1c0,r0c10,r0c9,r1c1", *(f"{i / 10},{30 + i},20,{10},40" for i in range(3))]
+    told = replace(TOLD, frames="r*c*", label="", label_names=(), null="", subject="")
+    path = written(tmp_path, "\n".join(lines))
+    assert importer.read(path, told)["r*c*"][0].tolist() == [10.0, 20.0, 30.0, 40.0]
+
+
+def test_an_empty_label_is_unknown(tmp_path: Path) -> None:
+    path = written(tmp_path, table().replace("long hold", ""))
+    [made] = importer.recordings(importer.read(path, TOLD), TOLD)
+    assert made.origin.labels == ("null", "tap")
+    assert made.label.tolist() == [0, 0, 1, 1, -1, 0]
+
+
+def test_one_frame_has_no_rate(tmp_path: Path) -> None:
+    path = written(tmp_path, "".join(table().splitlines(keepends=True)[:2]))
+    with pytest.raises(RecordingError, match="the rate is unknown; give rate_hz"):
+        list(importer.recordings(importer.read(path, TOLD), TOLD))
+
+
+def test_negative_capacitances_are_refused(tmp_path: Path) -> None:
+    arrays = importer.read(written(tmp_path, table()), TOLD)
+    arrays["c*"] = arrays["c*"] - 3.0
+    with pytest.raises(RecordingError, match=r"54% are 0 or below, .* give another unit, such"):
+        list(importer.recordings(arrays, replace(TOLD, unit="pF")))

@@ -36,6 +36,11 @@ def test_one_session_gives_no_interval() -> None:
     assert np.isnan(figure.low)
 
 
+def test_a_share_of_nothing_has_no_bounds() -> None:
+    figure = bootstrap.share([0], [0])
+    assert np.isnan([figure.value, figure.low, figure.high]).all()
+
+
 def test_medians_and_means_pool_what_the_sessions_measured() -> None:
     lists = [np.array([0.2, 0.3, 0.4]), np.array([]), np.array([0.3, 0.5])]
     assert bootstrap.median(lists).value == pytest.approx(0.3)
