@@ -5,6 +5,7 @@ A file that cannot be used is refused in one sentence that names it.
 
 import json
 import math
+import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
@@ -53,7 +54,9 @@ def bundle_target(path: Path) -> Path:
     """Return the path of a bundle to write; raise UserFileError if it cannot be, or is not .orb."""
     if path.suffix != ".orb":
         raise UserFileError(f"{str(path)!r} is no name of a bundle; name one that ends in .orb")
-    return target(path)
+    if target(path).is_file() and not zipfile.is_zipfile(path):
+        raise UserFileError(f"{path} is there and no bundle; name another file, or remove it")
+    return path
 
 
 def write_text(path: Path, text: str) -> None:

@@ -138,6 +138,7 @@ MISTAKES = [
     ("--replay @", "is not a file"),
     ("--rate 10.3", "more than 2 %"),
     ("--replay {DEMO} --record @/again.npz", "leave out --record"),
+    ("--replay {DEMO} --fault dead:2,3", "a replay has no sensor; leave out --sensor, --preset"),
     ("--record @/empty.npz", "exists and is kept"),
     ("--label press", "--label is for recordings; add --record"),
     ("--seconds 4", "--seconds is for recordings; add --record"),

@@ -36,7 +36,7 @@ class Row:
 def _frames(folder: Path) -> None:
     import numpy as np
 
-    np.save(folder / "frames.npy", np.zeros((5, 3, 3)))
+    np.save(folder / "frames.npy", np.ones((5, 3, 3)))
     (folder / "told.toml").write_text('frames = "frames"\npitch_mm = 1\nrate_hz = 10\n')
 
 

@@ -52,6 +52,10 @@ def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(tmp_path: Path, capsys: 
         expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
         assert refused(capsys, *words, "--out", out) == expected
     assert "is no directory; make it first" in refused(capsys, *words, "--out", absent)
+    thesis = tmp_path / "thesis.orb"
+    thesis.write_text("of years")
+    assert "is there and no bundle" in refused(capsys, *words, "--out", str(thesis))
+    assert thesis.read_text() == "of years"
 
 
 def test_where_there_are_no_recordings_is_said(tmp_path: Path, capsys: Capture) -> None:
