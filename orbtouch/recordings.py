@@ -309,6 +309,9 @@ def several(given: Given | Iterable[Given]) -> list[Recording]:
     found = [single(each) for each in given]
     if not found:
         raise UserError("there is no recording; give at least one")
+    ids = [one._source.origin.id or str(id(one._source)) for one in found]
+    if len({(name, str(one._span)) for name, one in zip(ids, found, strict=True)}) < len(found):
+        raise UserError("a recording is given twice, which would count as two; give each once")
     return found
 
 

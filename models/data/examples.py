@@ -199,7 +199,8 @@ def recording_sets(
 ) -> dict[str, list[Path]]:
     """Return the recordings of each folder by its name, and all single files as "recordings".
 
-    A file that is none raises RecordingError, or is added to `left_out`, with the reason.
+    A file that is named twice counts once. One that is no recording raises RecordingError, or is
+    added to `left_out`, with the reason.
     """
     named = list(paths)
     folders = [path for path in named if path.is_dir()]
@@ -208,7 +209,7 @@ def recording_sets(
         names = [str(path) for path in folders]
     sets = {name: recording_files([path]) for name, path in zip(names, folders, strict=True)}
     if single := [path for path in named if not path.is_dir()]:
-        sets["recordings"] = single
+        sets["recordings"] = list({path.absolute(): path for path in single}.values())
     for name, found in sets.items():
         sets[name] = [file for file in found if _readable(file, left_out)]
     if not any(sets.values()):

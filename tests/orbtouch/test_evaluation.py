@@ -73,6 +73,12 @@ def test_a_callable_that_always_answers_null_misses_everything(
     assert float(made.false_alarms_per_min) == 0.0
 
 
+def test_a_recording_does_not_count_twice(sessions: list[orbtouch.Recording]) -> None:
+    with pytest.raises(orbtouch.Error, match="is given twice"):
+        orbtouch.evaluate(certain(0), [*sessions, sessions[0]])
+    assert orbtouch.evaluate(certain(0), [sessions[0][:10.0], sessions[0][10.0:]]).sessions == 2
+
+
 def test_a_networks_debouncer_judges_a_callable_of_other_classes() -> None:
     taps = orbtouch.simulate(minutes=0.3, gestures=("press",), rate_hz=10.0)
     shipped = orbtouch.load_network("models/orbtouch-10hz.orb")

@@ -58,5 +58,5 @@ def test_touched_frames_are_felt(
 def test_a_replay_scales_as_live_but_an_evaluation_refuses() -> None:
     counts = of(np.zeros((30, 5, 5)), origin(unit="counts"))
     refuse_misfit(counts, SHIPPED.settings)
-    with pytest.raises(RecordingError, match="in counts, the bundle wants pF lowered by touch"):
+    with pytest.raises(RecordingError, match="in counts, lowered by touch, the bundle wants pF"):
         refuse(counts, SHIPPED)

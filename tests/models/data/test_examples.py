@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from controller.recognition.images.frames import PreprocessSettings
 from controller.recordings import reader, writer
 from controller.recordings.recording import Recording, RecordingError, unlabelled
-from models.data.examples import Source, prepare, read_training
+from models.data.examples import Source, prepare, read_training, recording_sets
 from models.data.simulate import DataSet
 from tests.support.pytest_types import Patch
 
@@ -130,6 +130,11 @@ def test_a_data_set_is_read_one_recording_at_a_time(data: Path, monkeypatch: Pat
     path.write_bytes(other.read_bytes())
     with pytest.raises(RecordingError, match=r"sub-00_ses-01_run-01\.npz has changed meanwhile"):
         recordings[0]
+
+
+def test_a_file_named_twice_counts_once(data: Path) -> None:
+    first, second, _ = sorted(data.iterdir())
+    assert recording_sets([first, second, first]) == {"recordings": [first, second]}
 
 
 def test_a_recording_of_fewer_labels_fits_and_of_another_kind_does_not(data: Path) -> None:
