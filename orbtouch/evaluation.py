@@ -94,7 +94,7 @@ def evaluate(
         raise UserError(f"a recording has the gesture {min(odd)!r}, which classes lack; add it")
     thresholds: DebounceSettings | None = None
     if debounce is not None:
-        thresholds = network_of(debounce, "debounce")._bundle.debounce.of(names)
+        thresholds = network_of(debounce, "debounce")._bundle.debounce.for_labels(names)
     tallies = {}
     for held in _folds(given, by, folds) if learns else [np.ones(len(given), dtype=np.bool_)]:
         learned = [one for one, out in zip(given, held, strict=True) if out != learns]

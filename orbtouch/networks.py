@@ -28,7 +28,7 @@ from orbtouch.recordings import Given, Recording, several, single
 from orbtouch.results import Evaluation, evaluation_of, html_table
 
 log = logging.getLogger("orbtouch")
-SURE = 0.95  # share of all gestures' in a touch, from which the network names an unlabelled example
+SURE_SHARE = 0.95  # of all gestures' probability in a touch: names an unlabelled example
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,7 +246,7 @@ class Network:
         taken = self.classes[1 + int(total.argmax())] if len(touched) else ""
         named = Counter(one.labels.tolist()).most_common(1)[0][0]
         by = "its recording labels it"
-        if not named and label not in self.classes and total.max() >= SURE * total.sum():
+        if not named and label not in self.classes and total.max() >= SURE_SHARE * total.sum():
             named, by = taken, "the network takes it for"
         if named not in ("", label) and not anyway:
             raise UserError(

@@ -231,11 +231,11 @@ def check(options: RunOptions) -> RunOptions:
     replay, printing = options.replay is not None, options.link == PRINT
     recording, usual = options.record is not None, RunOptions()
     names = ("sensor", "preset", "seed", "fault")
-    sensed = any(getattr(options, name) != getattr(usual, name) for name in names)
+    for_sensor = replay and any(getattr(options, name) != getattr(usual, name) for name in names)
     refused = {
         "a replay is a recording already; leave out --record": replay and recording,
         "a recording has its own rate; leave out --rate": replay and options.rate is not None,
-        "a replay has no sensor; leave out --sensor, --preset, --seed, --fault": replay and sensed,
+        "a replay has no sensor; leave out --sensor, --preset, --seed, --fault": for_sensor,
         "--key is for hosts; name their link with --link": printing and options.key is not None,
         "--label is for recordings; add --record": not recording and options.label,
         "--seconds is for recordings; add --record": not recording and options.seconds,

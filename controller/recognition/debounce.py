@@ -115,8 +115,8 @@ class DebounceSettings:
     patience_s: float = field(default=0.0, metadata={"range": (0.0, 10.0)})
     eager: tuple[str, ...] = ()
 
-    def of(self, labels: Sequence[str]) -> "DebounceSettings":
-        """Return the settings for a network of these labels, without what they say of others."""
+    def for_labels(self, labels: Sequence[str]) -> "DebounceSettings":
+        """Return the settings for a network with these labels; other labels are left out."""
 
         def own(named: Sequence[str]) -> tuple[str, ...]:
             return tuple(label for label in named if label in labels)

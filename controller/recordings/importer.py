@@ -35,7 +35,7 @@ MAX_BYTES: Final = 1 << 30  # of a file of arrays and of what it unpacks to
 SAMPLED: Final = 2_000  # frames from which the sign is found out
 _POSSIBLE_HZ: Final = (1.0, 10_000.0)  # frames per second; beyond, times are in another unit
 _USUAL_HZ: Final = (5.0, 500.0)
-_NEGATIVE: Final = 0.25  # share of readings in pF that may be 0 or below: leads are off
+_NEGATIVE_SHARE: Final = 0.25  # of readings in pF, that may be 0 or below: leads are off
 _DIGITS: Final = 2  # of a user's or session's number
 
 
@@ -131,7 +131,7 @@ def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
             f"the array {description.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
             "(n, rows, columns); give rows and columns if it is flat"
         )
-    if description.unit == PICOFARAD and (share := float((frames <= 0).mean())) > _NEGATIVE:
+    if description.unit == PICOFARAD and (share := float((frames <= 0).mean())) > _NEGATIVE_SHARE:
         raise RecordingError(
             f"of the readings in {description.frames!r} {share:.0%} are 0 or below, and "
             f"{PICOFARAD} are divided by the untouched sensor's; give another unit, such as counts"

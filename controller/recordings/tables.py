@@ -18,7 +18,7 @@ from controller.shared.errors import reason
 MAX_BYTES: Final = 64 << 20  # of a table; in memory it takes ten times as much
 _DELIMITERS: Final = ",;\t"
 _ANY: Final = "*?["  # in `frames`
-_NUMBER: Final = re.compile(r"\d+")  # in the name of a column
+_COLUMN_NUMBER: Final = re.compile(r"\d+")  # in the name of a column
 
 
 def read(path: Path, description: Description) -> dict[str, NDArray[Any]]:
@@ -85,8 +85,8 @@ class _Table:
         Names that differ by more than numbers are in the order of the table.
         """
         named = [name for name in self._cells if fnmatchcase(name, pattern)]
-        if len({_NUMBER.sub("", name) for name in named}) == 1:
-            named.sort(key=lambda name: [int(number) for number in _NUMBER.findall(name)])
+        if len({_COLUMN_NUMBER.sub("", name) for name in named}) == 1:
+            named.sort(key=lambda name: [int(number) for number in _COLUMN_NUMBER.findall(name)])
         if not named or not set(pattern) & set(_ANY):
             raise RecordingError(
                 f"{self._path} has {len(named)} columns like frames = {pattern!r}; expected is a "
